@@ -70,6 +70,21 @@ void require_belief(const ViewTree& found, const ViewShifts& shifts) {
       100.0 * part, shifts.agreement));
 }
 
+/// Where a view's lines are explained by less than this, bones and catheter are as likely in the
+/// tree as vessels.
+constexpr double kPoorPart = 0.6;
+
+std::string doubt_of(const std::vector<double>& explained_parts) {
+  const auto least = std::min_element(explained_parts.begin(), explained_parts.end());
+  if (*least >= kPoorPart) return {};
+  return fmt::format(
+      "the vessels of the views are not determined: they explain {:.0f} % of the lines of view {} "
+      "(bones, catheter, or vessels that no second view shows), so that lines may be joined that "
+      "belong to different things. Name the ends of the one vessel that is wanted in each view "
+      "(--ends COLUMN,ROW,COLUMN,ROW for each)",
+      100.0 * *least, 1 + (least - explained_parts.begin()));
+}
+
 double thinnest_radius(const CenterlineTree& tree) {
   double least = 1e9;
   for (const CenterlinePath& path : tree.paths)
@@ -137,7 +152,7 @@ void require_room(const VolumeGeometry& grid, double max_memory_gib) {
 
 std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts& shifts,
                                      bool has_ends) {
-  constexpr double kToldShift = 1.0, kToldTurn = 0.3, kPoorAgreement = 0.7, kPoorPart = 0.6;
+  constexpr double kToldShift = 1.0, kToldTurn = 0.3, kPoorAgreement = 0.7;
   std::vector<std::string> warnings;
   warnings.push_back(fmt::format(
       "the vessels were found from {} views up to {:.0f} degrees apart: sections are taken as "
@@ -293,6 +308,7 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
         "headers say). Give views of the same vessel");
   if (options.ends.empty()) require_belief(found, shifts);
   result.explained_parts = found.explained_parts;
+  if (options.ends.empty()) result.doubt = doubt_of(found.explained_parts);
   fitting.frame_shift_sd_mm = options.shift_sd_mm;
   fitting.frame_turn_sd_degrees = options.turn_sd_degrees;
   measure(moved, views, found.tree, !options.ends.empty(), fitting, part(progress, 0.5, 0.9),

@@ -15,6 +15,7 @@
 #include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/soup.hpp"
+#include "meshing/detail/surface_query.hpp"
 #include "meshing/detail/unite_parts.hpp"
 #include "meshing/detail/winding.hpp"
 
@@ -260,6 +261,30 @@ TriangleMesh unite_group(const std::vector<const Piece*>& pieces,
   return std::move(result.mesh);
 }
 
+/// Whether closing the holes of what was cut out has parted a vessel, or shut off more than half of
+/// its lumen somewhere: a membrane with more of the former lumen before it than there is behind it.
+bool shuts_vessel(const TriangleMesh& cut, const TriangleMesh& before, const TriangleMesh& closed) {
+  constexpr double kSame = 1e-6;  // of the extent: a triangle that was there before
+  if (connected_pieces(cut).size() > connected_pieces(before).size()) return true;
+  const double same = kSame * Box(before).extent();
+  const ClosestPoint now(cut), formerly(before);
+  const Winding winding(closed);
+  for (std::size_t t = 0; t < cut.triangles.size(); ++t) {
+    const Triangle& corners = cut.triangles[t];
+    const Vec3 &a = cut.vertices[std::size_t(corners[0])],
+               &b = cut.vertices[std::size_t(corners[1])],
+               &c = cut.vertices[std::size_t(corners[2])];
+    const Vec3 middle = (a + b + c) / 3.0, normal = cross(b - a, c - a);
+    if (norm(normal) == 0.0 || formerly.find(middle).distance <= same || winding.at(middle) < 1)
+      continue;
+    const Vec3 outward = normalized(normal);
+    const double lost = formerly.ahead(middle, outward, -1),
+                 left = now.ahead(middle, -1.0 * outward, int(t));
+    if (std::isfinite(lost) && lost > left) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 TriangleMesh settle_pieces(const TriangleMesh& mesh, const SurfaceRepairOptions& options,
@@ -314,17 +339,23 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
   const double volume = volume_of_union(closed);
   Count places;
   places.where = mesh.vertices[std::size_t(mesh.triangles[std::size_t(pairs.front()[0])][0])];
+  TriangleMesh cut;  // empty: cutting out what crosses does not do
+  const auto with_cut = [&] {
+    note(repairs, "place where the surface crossed itself closed again",
+         "places where the surface crossed itself closed again", places);
+    return std::move(cut);
+  };
   if (count <= kMost * double(crossing.size())) {
-    TriangleMesh cut = mesh;
+    cut = mesh;
     places.count = close_crossings(cut);
-    if (air_mesh::self_intersections(cut).empty() &&
-        std::abs(enclosed_volume(closed_copy(cut)) - volume) <= kSameVolume * volume) {
-      note(repairs, "place where the surface crossed itself closed again",
-           "places where the surface crossed itself closed again", places);
-      return cut;
-    }
+    if (!air_mesh::self_intersections(cut).empty() ||
+        std::abs(enclosed_volume(closed_copy(cut)) - volume) > kSameVolume * volume)
+      cut = {};
+    else if (!shuts_vessel(cut, mesh, closed))
+      return with_cut();
   }
   Union result = unite_parts({closed});
+  if (result.mesh.triangles.empty() && !cut.triangles.empty()) return with_cut();
   if (result.mesh.triangles.empty())
     throw InputError("the surface crosses itself in " + std::to_string(std::lround(count)) +
                      " of its " + std::to_string(crossing.size()) + " triangles (" +

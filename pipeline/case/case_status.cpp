@@ -9,6 +9,7 @@ namespace angio::pipeline {
 namespace {
 
 using formats::case_file::kPlacement;
+using formats::case_file::kQuality;
 using formats::case_file::kSummary;
 constexpr Stage kTreating[] = {Stage::reconstruction, Stage::segmentation, Stage::centerline,
                                Stage::meshing, Stage::simulation};
@@ -16,6 +17,15 @@ constexpr Stage kTreating[] = {Stage::reconstruction, Stage::segmentation, Stage
 const StageRecord* record_of(const RunRecord& record, Stage stage) {
   const auto found = record.stages.find(stage);
   return found == record.stages.end() ? nullptr : &found->second;
+}
+
+/// Why nobody can tell whether the vessels are there: of views of a C-arm that stood still. Empty
+/// of everything else.
+std::string doubt_of_vessels(const StageFiles& files, const RunRecord& record) {
+  if (!record.is(Stage::reconstruction, "done") || !files.exists(kQuality)) return {};
+  const nlohmann::json quality = read_json(files.path(kQuality));
+  const auto doubt = quality.find("doubt");
+  return doubt != quality.end() && doubt->is_string() ? doubt->get<std::string>() : std::string();
 }
 
 }  // namespace
@@ -48,6 +58,8 @@ CaseStatus case_status(const StageFiles& files, const RunRecord& record) {
     return found;
   }
   if (!record.is(Stage::simulation, "done")) return {};
+  if (const std::string doubt = doubt_of_vessels(files, record); !doubt.empty())
+    return {"not_determined", doubt};
   if (found.status != "done" || !files.exists(kSummary)) return found;
   const std::string reason = read_json(files.path(kSummary)).value("guard_reason", "");
   return reason.empty() ? found : CaseStatus{"not_determined", reason};

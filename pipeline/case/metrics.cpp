@@ -145,7 +145,7 @@ json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
 std::vector<std::string> metrics_files() {
   std::vector<std::string> files = resolution_files();
   files.insert(files.end(), {file::kFittedLines, file::kCenterlines, file::kNarrowedLumen,
-                             file::kPlacement, file::kSummary, file::kDiagnosis});
+                             file::kPlacement, file::kSummary, file::kDiagnosis, file::kQuality});
   return files;
 }
 

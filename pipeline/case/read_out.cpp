@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/units.hpp"
+#include "pipeline/case/doubts.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -62,23 +63,25 @@ std::string working_view(const json& metrics) {
                      is_assumed ? ", if the input's axes are the patient's" : "");
 }
 
-/// The reason of the status, a unit that was guessed, then the treatment's own warnings; of the
-/// others how many there are.
+/// The reason of the status, else the first warning: of the result itself, of the lines and
+/// stenoses, of the meshes, of the image. How many more there are.
 std::string to_doubt(const json& metrics, const RunRecord& record) {
-  std::vector<std::string> own;
+  std::vector<std::string> doubts;
   if (metrics.at("status_reason").is_string())
-    own.push_back(metrics["status_reason"].get<std::string>());
-  std::size_t others = 0;
-  for (const auto& [stage, entry] : record.stages)
-    for (const std::string& text : entry.warnings)
-      if (stage == Stage::simulation || text.starts_with(kUnitGuessed))
-        own.push_back(text);
-      else
-        ++others;
-  const std::size_t more = own.empty() ? others : own.size() - 1 + others;
-  std::string line =
-      "to doubt " + (own.empty() ? std::string("nothing in the simulation") : own.front());
-  if (more > 0) line += fmt::format(" ({} more in the report)", more);
+    doubts.push_back(metrics["status_reason"].get<std::string>());
+  const auto add = [&](Stage stage, bool own) {
+    const auto entry = record.stages.find(stage);
+    if (entry == record.stages.end()) return;
+    for (const std::string& text : entry->second.warnings)
+      if (concerns_result(stage, text) == own) doubts.push_back(text);
+  };
+  for (const bool own : {true, false})
+    for (const Stage stage : {Stage::simulation, Stage::centerline, Stage::meshing,
+                              Stage::segmentation, Stage::reconstruction, Stage::report})
+      add(stage, own);
+  if (doubts.empty()) return "to doubt nothing that was noticed";
+  std::string line = "to doubt " + doubts.front();
+  if (doubts.size() > 1) line += fmt::format(" ({} more in the report)", doubts.size() - 1);
   return line;
 }
 

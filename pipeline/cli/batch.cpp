@@ -165,8 +165,8 @@ class Batch {
       if (plan[c].action != CasePlan::Action::skip)
         waiting_.push_back(c);
       else
-        outcomes_[c] = plan[c].is_done ? Outcome{"done", 0, 0, "done before"}
-                                       : last_outcome(request.folder, cases_[c]);
+        outcomes_[c] = last_outcome(request.folder, cases_[c]);
+      if (plan[c].is_done) outcomes_[c] = {"done", 0, outcomes_[c].tries, ""};
     }
     chosen_ = waiting_;
     for (std::size_t c = 0; c < cases_.size(); ++c)

@@ -19,9 +19,11 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
 
+/// Null where there are none, or what is there is no JSON object.
 json metrics_of(const fs::path& folder, const BatchCase& batch_case) {
   const fs::path file = folder / batch_case.name / "metrics.json";
-  return fs::exists(file) ? json::parse(read_text(file), nullptr, false) : json();
+  const json metrics = fs::exists(file) ? json::parse(read_text(file), nullptr, false) : json();
+  return metrics.is_object() ? metrics : json();
 }
 
 /// A text of a JSON object; empty if it has none.

@@ -23,10 +23,11 @@ using nlohmann::json;
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPercents = 1.0, kRatios = 0.01, kAtmospheres = 0.1;  // what numbers are told to
+constexpr double kPercents = 1.0, kRatios = 0.01, kAtmospheres = 0.1,
+                 kVolumes = 0.1;  // what numbers are told to
 
 constexpr const char *kResidual = "residual_stenosis_percent", *kRecoil = "recoil_percent",
-                     *kInjury = "over_strength_percent", *kRatio = "balloon_to_artery_ratio",
+                     *kInjury = "over_strength_mm3", *kRatio = "balloon_to_artery_ratio",
                      *kFlow = "ffr_after", *kPressure = "rated_burst_atm";
 
 double to_steps_of(double step, double value) { return step * std::round(value / step); }
@@ -247,7 +248,7 @@ CandidateResult judge_candidate(const Candidate& candidate, const VariantRow& ro
   standing.missed = int(result.missed.size());
   standing.measures = {to_steps_of(kPercents, measure_of(row, kResidual)),
                        to_steps_of(kPercents, measure_of(row, kRecoil)),
-                       to_steps_of(kPercents, measure_of(row, kInjury)),
+                       to_steps_of(kVolumes, measure_of(row, kInjury)),
                        -to_steps_of(kRatios, measure_of(row, kFlow))};
   return result;
 }
@@ -272,7 +273,7 @@ std::string ranking_rule() {
       "Pareto dominance over residual stenosis, recoil, wall over its strength, and pressure "
       "behind "
       "the lesion; then least residual stenosis. Equals share a rank. Numbers are compared as "
-      "printed: whole percents, hundredths.",
+      "printed: whole percents, tenths of mm3, hundredths.",
       limits::kMostResidualStenosisPercent, limits::kMostBalloonToArteryRatio,
       limits::kFlowLimitingFfr);
 }
@@ -282,7 +283,7 @@ std::string recommendation_table(const std::vector<CandidateResult>& results) {
       {kResidual, "residual"}, {kRatio, "ratio"}, {kFlow, "ffr"}, {kPressure, "burst"}};
   std::vector<formats::CsvRow> table = {{"rank", "front", "balloon_mm", "length_mm", "atm",
                                          "status", "gain_mm", "residual_%", "recoil_%",
-                                         "over_strength_%", "ratio", "ffr", "misses"}};
+                                         "over_strength_mm3", "ratio", "ffr", "misses"}};
   for (const CandidateResult& result : results) {
     const Candidate& c = result.candidate;
     const auto told = [&](const char* column, int decimals) {
@@ -294,7 +295,7 @@ std::string recommendation_table(const std::vector<CandidateResult>& results) {
     table.push_back({std::to_string(result.ranked.rank), front_of(result, "-"),
                      c.balloon.empty() ? cell_of(c.diameter_mm) : c.balloon, cell_of(c.length_mm),
                      cell_of(c.pressure_atm), result.row.status, told("acute_gain_mm", 2),
-                     told(kResidual, 0), told(kRecoil, 0), told(kInjury, 0), told(kRatio, 2),
+                     told(kResidual, 0), told(kRecoil, 0), told(kInjury, 1), told(kRatio, 2),
                      told(kFlow, 2),
                      misses.empty() ? "-" : fmt::format("{}", fmt::join(misses, ","))});
   }

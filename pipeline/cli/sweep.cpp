@@ -72,6 +72,7 @@ constexpr const char* kChartOrder[] = {"mld_after_mm",
                                        "recoil_percent",
                                        "residual_stenosis_percent",
                                        "over_strength_percent",
+                                       "over_strength_mm3",
                                        "balloon_to_artery_ratio",
                                        "ffr_after",
                                        "mld_before_mm"};

@@ -59,6 +59,7 @@ const std::vector<VariantMeasure>& variant_measures() {
       {"/result/diameter_stenosis_percent", "residual_stenosis_percent", "residual stenosis [%]"},
       {"/balloon/balloon_to_artery_ratio", "balloon_to_artery_ratio", "balloon-to-artery ratio"},
       {"/wall/over_strength_percent", "over_strength_percent", "wall over its strength [%]"},
+      {"/wall/over_strength_mm3", "over_strength_mm3", "wall over its strength [mm³]"},
       {"/flow/ffr_after", "ffr_after", "pressure behind the lesion after / inlet's"}};
   return kMeasures;
 }

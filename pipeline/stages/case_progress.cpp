@@ -112,6 +112,9 @@ CaseProgress case_progress(const Workflow& workflow, const RunRequest& request) 
     const std::string reason = why_again(stage, request.config, record, folder);
     if (!reason.empty()) return {State::begun, fmt::format("from {}: {}", stage.name, reason)};
   }
+  for (const auto& [name, hash] : record.files)
+    if (!fs::is_regular_file(folder.path(name)) || sha256_of_path(folder.path(name)) != hash)
+      return {State::begun, fmt::format("{} is missing or changed", name)};
   if (request.keep == Keep::minimal && !bulky_files(folder, record).empty())
     return {State::begun, "its bulky files are to be removed"};
   return {State::done, "", is_minimal(record)};

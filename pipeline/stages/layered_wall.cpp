@@ -57,22 +57,28 @@ double volume_of(const simulation::LayeredWall& wall, std::size_t wedge) {
   return cut_wedge_volume(corners);
 }
 
-// Of the vessel's own layers where the balloon touches them at the peak, the share [% of volume]
-// that has reached its strength: it has flowed by more than 0.2 %, the usual proof strain. 0 where
-// nothing is touched.
-double over_strength_percent(const simulation::LayeredWall& wall,
-                             const simulation::SimulationFrame& peak,
-                             const std::vector<simulation::WallStress>& last) {
+struct Strength {
+  double touched_mm3 = 0.0, over_mm3 = 0.0;
+
+  [[nodiscard]] double over_percent() const {
+    return touched_mm3 > 0.0 ? 100.0 * over_mm3 / touched_mm3 : 0.0;
+  }
+};
+
+// Of the vessel's own layers where the balloon touches them at the peak, what has reached its
+// strength: it has flowed by more than 0.2 %, the usual proof strain.
+Strength strength_of(const simulation::LayeredWall& wall, const simulation::SimulationFrame& peak,
+                     const std::vector<simulation::WallStress>& last) {
   constexpr double kProofStrain = 0.002;
-  double all = 0.0, over = 0.0;
+  Strength strength;
   for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
     const bool is_vessel = int(wall.region[w]) <= int(simulation::WallRegion::adventitia);
     if (!is_vessel || !is_touched(wall.wedges[w], peak)) continue;
     const double volume = volume_of(wall, w);
-    all += volume;
-    if (last[w].plastic_strain > kProofStrain) over += volume;
+    strength.touched_mm3 += volume;
+    if (last[w].plastic_strain > kProofStrain) strength.over_mm3 += volume;
   }
-  return all > 0.0 ? 100.0 * over / all : 0.0;
+  return strength;
 }
 
 // Quantiles by volume of what a region's wedges have where the balloon touches them at the peak.
@@ -197,8 +203,10 @@ nlohmann::json wall_summary(const simulation::LayeredWall& wall,
               {"plastic_strain_p99", quantile(plastic, 0.99)}};
     region.update(touched_quantiles(wall, r, peak, at_peak));
   }
+  const Strength strength = strength_of(wall, peak, at_last);
   return {{"model", "layered"},
-          {"over_strength_percent", over_strength_percent(wall, peak, at_last)},
+          {"over_strength_percent", strength.over_percent()},
+          {"over_strength_mm3", strength.over_mm3},
           {"regions", regions}};
 }
 

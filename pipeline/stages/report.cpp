@@ -18,6 +18,7 @@
 #include "formats/csv.hpp"
 #include "formats/files.hpp"
 #include "pipeline/case/case_files.hpp"
+#include "pipeline/case/doubts.hpp"
 #include "pipeline/case/flow.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/metrics.hpp"
@@ -221,7 +222,7 @@ std::vector<viewer::Doubts> doubts_of(const RunRecord& run) {
     const auto record = run.stages.find(stage);
     if (record == run.stages.end()) continue;
     for (const std::string& text : record->second.warnings)
-      doubts[text.starts_with(kUnitGuessed) ? 0 : doubts.size() - 1].texts.push_back(text);
+      doubts[concerns_result(stage, text) ? 0 : doubts.size() - 1].texts.push_back(text);
   }
   return doubts;
 }

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -146,6 +147,40 @@ TEST(UniteParts, ATrunkThatCrossesItselfKeepsItsBranches) {
   const RepairedSurface repaired = repair_surface(detail::joined(parts));
   expect_sound(repaired, volume, 0.03);
   EXPECT_LT(repaired.mesh.triangles.size(), 40000U);  // the parts' own, not a contour's
+}
+
+/// A tube of revolution about z, of radii at places that need not follow each other.
+TriangleMesh revolved(const std::vector<std::array<double, 2>>& profile) {
+  constexpr int kAround = 24;
+  TriangleMesh tube;
+  for (const auto& [z, r] : profile)
+    for (int k = 0; k < kAround; ++k) {
+      const double angle = 2.0 * pi * k / kAround;
+      tube.vertices.push_back({r * std::cos(angle), r * std::sin(angle), z});
+    }
+  for (int ring = 0; ring + 1 < int(profile.size()); ++ring)
+    for (int k = 0; k < kAround; ++k) {
+      const int a = ring * kAround + k, b = ring * kAround + (k + 1) % kAround;
+      tube.triangles.push_back({a, b, b + kAround});
+      tube.triangles.push_back({a, b + kAround, a + kAround});
+    }
+  return tube;
+}
+
+TEST(UniteParts, AThroatWhoseWallCrossesItselfAllRoundStaysOpen) {
+  // The wall runs to and fro in the throat: what crosses lies all round it.
+  std::vector<std::array<double, 2>> profile;
+  for (double z = -10.0; z < -0.9; z += 0.4) profile.push_back({z, 1.0});
+  profile.insert(profile.end(), {{-0.1, 0.5}, {0.15, 0.38}, {-0.15, 0.42}, {0.1, 0.5}});
+  for (double z = 0.9; z < 10.1; z += 0.4) profile.push_back({z, 1.0});
+  const TriangleMesh tube = detail::closed_copy(revolved(profile));
+  ASSERT_GT(count_self_intersections(tube), 20);
+  const RepairedSurface repaired = repair_surface(tube);
+  expect_sound(repaired, detail::volume_of_union(tube), 0.02);
+  // Its axis runs through.
+  const TriangleMesh closed = detail::closed_copy(repaired.mesh);
+  const detail::Winding winding(closed);
+  for (double z = -9.6; z < 9.6; z += 0.05) EXPECT_EQ(winding.at({0.01, 0.02, z}), 1) << z;
 }
 
 TEST(UniteParts, PartsThatTouchInAFaceAreOneVessel) {

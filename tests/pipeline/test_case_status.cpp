@@ -2,6 +2,7 @@
 
 #include "core/atomic_file.hpp"
 #include "pipeline/case/case_status.hpp"
+#include "pipeline/case/doubts.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/read_out.hpp"
 #include "run_program.hpp"
@@ -82,6 +83,20 @@ TEST(CaseStatus, OfATreatmentThatTwoRunsDisagreeOnIsNotDetermined) {
   EXPECT_EQ(no_lesion.status().status, "no_lesion");
   write_text_atomically(apart.root / "simulation/summary.json", R"({"guard_reason": ""})");
   EXPECT_EQ(apart.status().status, "done");
+}
+
+TEST(CaseStatus, OfViewsThatDoNotTellTheirVesselsIsNotDetermined) {
+  DoneCase views;
+  const auto quality = [&](const char* text) {
+    write_text_atomically(views.root / "reconstruction/quality.json", text);
+    return views.status();
+  };
+  EXPECT_EQ(quality(R"({"doubt": "31 % explained"})").status, "done") << "they were not used";
+  views.set(Stage::reconstruction, "done");
+  EXPECT_EQ(views.status().status, "not_determined");
+  EXPECT_EQ(views.status().reason, "31 % explained");
+  EXPECT_EQ(quality(R"({"doubt": null})").status, "done");
+  EXPECT_EQ(quality(R"({"method": "fdk"})").status, "done");
 }
 
 TEST(Run, DoesNotTreatANarrowVesselUnasked) {
@@ -169,9 +184,20 @@ TEST(ReadOut, SaysWhatWasBeforeWhatIsAfterAndWhatToDoubt) {
   EXPECT_EQ(treated.lines()[1],
             "after    minimal lumen diameter 2.25 mm, 25 % stenosis, recoil 28 %; balloon of 3.00 "
             "mm at 8.0 atm");
-  EXPECT_EQ(treated.lines()[2], "to doubt nothing in the simulation (1 more in the report)");
+  EXPECT_EQ(treated.lines()[2], "to doubt the wall is thin");
+  treated.record.stages[Stage::centerline].warnings = {"two vessels touch"};
+  EXPECT_EQ(treated.lines()[2], "to doubt two vessels touch (1 more in the report)");
+  const std::string throat = std::string(kUnmeasuredThroat) + " (0.65 mm)";
+  treated.record.stages[Stage::meshing].warnings.push_back(throat);
+  EXPECT_EQ(treated.lines()[2], "to doubt " + throat + " (2 more in the report)");
   treated.record.stages[Stage::simulation].warnings = {"the balloon kinks", "it slips"};
-  EXPECT_EQ(treated.lines()[2], "to doubt the balloon kinks (2 more in the report)");
+  EXPECT_EQ(treated.lines()[2], "to doubt the balloon kinks (4 more in the report)");
+}
+
+TEST(ReadOut, OfACaseThatNothingIsSaidOfHasNothingToDoubt) {
+  TreatedCase treated;
+  treated.record.stages[Stage::meshing].warnings.clear();
+  EXPECT_EQ(treated.lines()[2], "to doubt nothing that was noticed");
 }
 
 TEST(ReadOut, TellsABoundOfAThroatThatIsNarrowerThanAVoxel) {

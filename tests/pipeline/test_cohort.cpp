@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -148,6 +149,21 @@ TEST_F(Cohort, ADryRunSaysWhatARunDoesAndChangesNothing) {
   auto after = files();
   after[folder_ / "m.csv"] = before.at(folder_ / "m.csv");
   EXPECT_TRUE(after == before);
+}
+
+TEST_F(Cohort, ACaseWhoseNumbersWereDamagedIsMadeAgain) {
+  write_manifest("A," + kPhantom + ",3\n");
+  EXPECT_EQ(batch(kQuick).exit_code, 0);
+  const std::string numbers = file_text(path("out/A/metrics.json")),
+                    summary = file_text(path("out/summary.csv"));
+  for (const std::string& damage : {numbers + "x", std::string("[]"), std::string()}) {
+    write_text_atomically(path("out/A/metrics.json"), damage);
+    EXPECT_EQ(batch("--summary-only" + kQuick).exit_code, 2) << "it is not done";
+    EXPECT_TRUE(nlohmann::json::accept(file_text(path("out/summary.json")))) << damage;
+    EXPECT_EQ(batch("--resume" + kQuick).exit_code, 0);
+    EXPECT_EQ(file_text(path("out/A/metrics.json")), numbers);
+    EXPECT_TRUE(nlohmann::json::accept(file_text(path("out/summary.json"))));
+  }
 }
 
 TEST_F(Cohort, AFolderThatIsNotItsOwnIsNeverReplaced) {

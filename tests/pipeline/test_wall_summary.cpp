@@ -33,7 +33,10 @@ double over_strength(double pressure, simulation::WallRegion region, double plas
       if (wall.region[w] == region) stresses[w].plastic_strain = plastic_strain;
     return stresses;
   };
-  return wall_summary(wall, frame, frame).at("over_strength_percent").get<double>();
+  const nlohmann::json told = wall_summary(wall, frame, frame);
+  EXPECT_EQ(told.at("over_strength_mm3").get<double>() > 0.0,
+            told.at("over_strength_percent").get<double>() > 0.0);
+  return told.at("over_strength_percent").get<double>();
 }
 
 TEST(WallSummary, OverItsStrengthIsTheShareOfTheVesselsLayersThatHasFlowed) {

@@ -41,6 +41,24 @@ struct TwoViews {
   RotationalRun run;
 };
 
+/// The first view of some pictures and the second one of others.
+class ApartPictures : public FrameReader {
+ public:
+  ApartPictures(const FrameReader& first, const FrameReader& second)
+      : first_(first), second_(second) {}
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    std::vector<float> pixels;
+    for (int n = first; n < first + count; ++n) {
+      const std::vector<float> one = (n == 0 ? first_ : second_).read(n, 1);
+      pixels.insert(pixels.end(), one.begin(), one.end());
+    }
+    return pixels;
+  }
+
+ private:
+  const FrameReader &first_, &second_;
+};
+
 double least_diameter(const TreeFit& fit) {
   double least = 1e9;
   for (const double radius : fit.tree.paths.front().equivalent_radius)
@@ -93,6 +111,21 @@ ViewsOptions asked_for(const Tube& tube, const TwoViews& views) {
     options.ends.push_back({{first.column, first.row}, {last.column, last.row}});
   }
   return options;
+}
+
+TEST(Views, WithMuchThatTheTreeDoesNotExplainAreInDoubt) {
+  const TwoViews clean({kNarrowed});
+  EXPECT_EQ(reconstruct_views(clean.run, {}).doubt, "");
+  // Of two more vessels, as long as the first one, each view shows one: as bones do.
+  const Tube first{{16.0, 6.0, -20.0}, {14.0, 8.0, 20.0}, 1.2, 1.2},
+      second{{-16.0, -8.0, -20.0}, {-12.0, -10.0, 20.0}, 1.2, 1.2};
+  TwoViews views({kNarrowed});
+  const TubePictures one({kNarrowed, first}, views.told), other({kNarrowed, second}, views.told);
+  const ApartPictures pictures(one, other);
+  views.run.pictures = &pictures;
+  EXPECT_THAT(reconstruct_views(views.run, {}).doubt,
+              AllOf(HasSubstr("not determined"), HasSubstr("--ends")));
+  EXPECT_EQ(reconstruct_views(views.run, asked_for(kNarrowed, views)).doubt, "");
 }
 
 TEST(Views, OfTwoVesselsGiveTheOneThatIsAskedFor) {

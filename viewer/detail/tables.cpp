@@ -164,6 +164,7 @@ constexpr std::array kWordings{
     Wording{"mesh.triangles_below_20_degrees_at_rims", "of these at the rims", "", 0},
     Wording{"mesh.triangles_below_20_degrees_capped", "with caps", "", 0},
     Wording{"wall.model", "Model", "", 0},
+    Wording{"wall.over_strength_mm3", "Volume over its strength", "mm³", 1},
     Wording{"wall.over_strength_percent", "Share over its strength, where the balloon touches", "%",
             1},
     Wording{"mesh.mean_edge_mm", "Mean edge", "mm", 3},

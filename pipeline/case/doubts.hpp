@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/units.hpp"
+#include "pipeline/case/stage.hpp"
+
+/// Which of the stages' warnings are the result's own.
+namespace angio::pipeline {
+
+/// How the warning begins that a throat is below what the data show.
+inline constexpr std::string_view kUnmeasuredThroat =
+    "the lesion's throat is narrower than a voxel";
+
+/// Whether a warning is told before those of other things: of the treatment, of a unit that was
+/// guessed, of a throat that nobody can measure.
+inline bool concerns_result(Stage stage, const std::string& warning) {
+  return stage == Stage::simulation || warning.starts_with(kUnitGuessed) ||
+         warning.starts_with(kUnmeasuredThroat);
+}
+
+}  // namespace angio::pipeline
