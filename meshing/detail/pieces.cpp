@@ -261,10 +261,12 @@ TriangleMesh unite_group(const std::vector<const Piece*>& pieces,
   return std::move(result.mesh);
 }
 
-/// Whether closing the holes of what was cut out has parted a vessel, or shut off more than half of
-/// its lumen somewhere: a membrane with more of the former lumen before it than there is behind it.
+/// Whether closing the holes of what was cut out has parted a vessel, or taken a quarter or more of
+/// its width somewhere: by the way ahead of a membrane through what was lumen, and behind it
+/// through what still is.
 bool shuts_vessel(const TriangleMesh& cut, const TriangleMesh& before, const TriangleMesh& closed) {
   constexpr double kSame = 1e-6;  // of the extent: a triangle that was there before
+  constexpr double kMostLost = 0.25;
   if (connected_pieces(cut).size() > connected_pieces(before).size()) return true;
   const double same = kSame * Box(before).extent();
   const ClosestPoint now(cut), formerly(before);
@@ -280,7 +282,7 @@ bool shuts_vessel(const TriangleMesh& cut, const TriangleMesh& before, const Tri
     const Vec3 outward = normalized(normal);
     const double lost = formerly.ahead(middle, outward, -1),
                  left = now.ahead(middle, -1.0 * outward, int(t));
-    if (std::isfinite(lost) && lost > left) return true;
+    if (std::isfinite(lost) && lost > kMostLost * (lost + left)) return true;
   }
   return false;
 }
