@@ -15,7 +15,6 @@
 #include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/soup.hpp"
-#include "meshing/detail/surface_query.hpp"
 #include "meshing/detail/unite_parts.hpp"
 #include "meshing/detail/winding.hpp"
 
@@ -261,29 +260,20 @@ TriangleMesh unite_group(const std::vector<const Piece*>& pieces,
   return std::move(result.mesh);
 }
 
-/// Whether closing the holes of what was cut out has parted a vessel, or taken a quarter or more of
-/// its width somewhere: by the way ahead of a membrane through what was lumen, and behind it
-/// through what still is.
-bool shuts_vessel(const TriangleMesh& cut, const TriangleMesh& before, const TriangleMesh& closed) {
-  constexpr double kSame = 1e-6;  // of the extent: a triangle that was there before
-  constexpr double kMostLost = 0.25;
-  if (connected_pieces(cut).size() > connected_pieces(before).size()) return true;
-  const double same = kSame * Box(before).extent();
-  const ClosestPoint now(cut), formerly(before);
-  const Winding winding(closed);
-  for (std::size_t t = 0; t < cut.triangles.size(); ++t) {
-    const Triangle& corners = cut.triangles[t];
-    const Vec3 &a = cut.vertices[std::size_t(corners[0])],
-               &b = cut.vertices[std::size_t(corners[1])],
-               &c = cut.vertices[std::size_t(corners[2])];
-    const Vec3 middle = (a + b + c) / 3.0, normal = cross(b - a, c - a);
-    if (norm(normal) == 0.0 || formerly.find(middle).distance <= same || winding.at(middle) < 1)
-      continue;
-    const Vec3 outward = normalized(normal);
-    const double lost = formerly.ahead(middle, outward, -1),
-                 left = now.ahead(middle, -1.0 * outward, int(t));
-    if (std::isfinite(lost) && lost > kMostLost * (lost + left)) return true;
-  }
+/// Whether closing the holes of what was cut out has parted a vessel, or left a neck: looked at
+/// coarsely and finely, the lumen falls into more parts than it did.
+bool shuts_vessel(const TriangleMesh& cut, const TriangleMesh& before) {
+  constexpr double kLeastPart = 0.01;  // of the lumen
+  const double volume = volume_of_union(before);
+  const double width = 4.0 * volume / surface_area(before);  // of a tube
+  const auto count_parts = [&](const TriangleMesh& closed, double distance) {
+    const std::vector<double> parts = wound_parts(closed, distance);
+    return std::count_if(parts.begin(), parts.end(),
+                         [&](double part) { return part > kLeastPart * volume; });
+  };
+  constexpr double kCoarse = 0.5, kFine = 0.05, kStep = 0.75;  // of the width
+  for (double share = kCoarse; share > kFine; share *= kStep)
+    if (count_parts(cut, share * width) > count_parts(before, share * width)) return true;
   return false;
 }
 
@@ -353,7 +343,7 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
     if (!air_mesh::self_intersections(cut).empty() ||
         std::abs(enclosed_volume(closed_copy(cut)) - volume) > kSameVolume * volume)
       cut = {};
-    else if (!shuts_vessel(cut, mesh, closed))
+    else if (!shuts_vessel(closed_copy(cut), closed))
       return with_cut();
   }
   Union result = unite_parts({closed});

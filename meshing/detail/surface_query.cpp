@@ -89,8 +89,7 @@ ClosestPoint::Result ClosestPoint::find(const Vec3& point) const {
 }
 
 double ClosestPoint::ahead(const Vec3& from, const Vec3& direction, int own_triangle) const {
-  const auto own =
-      own_triangle < 0 ? tree_->triangles.cend() : tree_->triangles.cbegin() + own_triangle;
+  const auto own = tree_->triangles.cbegin() + own_triangle;
   const auto hit = tree_->tree.first_intersected_primitive(
       Kernel::Ray_3(to_cgal(from), Kernel::Vector_3(direction.x, direction.y, direction.z)),
       [&](const Triangles::const_iterator& t) { return t == own; });

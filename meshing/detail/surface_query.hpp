@@ -28,8 +28,8 @@ class ClosestPoint {
   ClosestPoint(const ClosestPoint&) = delete;
   ClosestPoint& operator=(const ClosestPoint&) = delete;
   [[nodiscard]] Result find(const Vec3& point) const;
-  /// How far a ray runs from a point of one triangle (-1: of none) until it meets another; infinity
-  /// if it meets none.
+  /// How far a ray runs from a point of one triangle until it meets another; infinity if it meets
+  /// none.
   [[nodiscard]] double ahead(const Vec3& from, const Vec3& direction, int own_triangle) const;
 
  private:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 
 #include "core/parallel.hpp"
 
@@ -113,7 +115,25 @@ std::vector<Winding::Crossing> Winding::crossings(double y, double z) const {
   return line;
 }
 
-double wound_volume(const TriangleMesh& closed, double line_distance, int least) {
+namespace {
+
+/// Where a line runs through what is wound around.
+struct Chord {
+  int line = 0;  ///< of its row
+  double enter = 0.0, leave = 0.0;
+
+  [[nodiscard]] bool overlaps(const Chord& other) const {
+    return enter < other.leave && other.enter < leave;
+  }
+};
+
+struct Chords {
+  double step = 0.0;                     ///< between lines and between rows [mm]
+  std::vector<std::vector<Chord>> rows;  ///< of each row by line, then along it
+};
+
+/// Of the places that a surface winds around at least so many times.
+Chords chords_of(const TriangleMesh& closed, double line_distance, int least) {
   constexpr double kMostLines = 1500.0;  // a side
   constexpr double kEnough = 4e5;        // squares of the distance in the area
   // Turned, so that no tube or face of a construction lies along the lines.
@@ -132,12 +152,12 @@ double wound_volume(const TriangleMesh& closed, double line_distance, int least)
   const double side = std::max(high.y - low.y, high.z - low.z);
   const double wide = std::min(side / kMostLines, std::sqrt(surface_area(closed) / kEnough));
   const double step = std::max({line_distance, wide, side / kMost});
-  if (!(step > 0.0)) return 0.0;
-  const int rows = int(std::ceil((high.z - low.z) / step));
+  Chords chords{step, {}};
+  if (!(step > 0.0)) return chords;
+  chords.rows.resize(std::size_t(std::ceil((high.z - low.z) / step)));
   const int lines = int(std::ceil((high.y - low.y) / step));
   const Winding winding(turned);
-  std::vector<double> length(std::size_t(rows), 0.0);
-  parallel_for_uneven(rows, [&](std::ptrdiff_t row) {
+  parallel_for_uneven(std::ptrdiff_t(chords.rows.size()), [&](std::ptrdiff_t row) {
     const double z = low.z + (double(row) + 0.5) * step;
     for (int i = 0; i < lines; ++i) {
       const double next = winding.next_line(low.y + (i + 0.5) * step, z);
@@ -149,13 +169,64 @@ double wound_volume(const TriangleMesh& closed, double line_distance, int least)
         const bool was_inside = turns >= least;
         turns += change;
         if (!was_inside && turns >= least) entered = x;
-        if (was_inside && turns < least) length[std::size_t(row)] += x - entered;
+        if (was_inside && turns < least) chords.rows[std::size_t(row)].push_back({i, entered, x});
       }
     }
   });
+  return chords;
+}
+
+}  // namespace
+
+double wound_volume(const TriangleMesh& closed, double line_distance, int least) {
+  const Chords chords = chords_of(closed, line_distance, least);
   double sum = 0.0;
-  for (const double part : length) sum += part;
-  return sum * step * step;
+  for (const std::vector<Chord>& row : chords.rows) {
+    double length = 0.0;
+    for (const Chord& chord : row) length += chord.leave - chord.enter;
+    sum += length;
+  }
+  return sum * chords.step * chords.step;
+}
+
+std::vector<double> wound_parts(const TriangleMesh& closed, double line_distance) {
+  const Chords chords = chords_of(closed, line_distance, 1);
+  std::vector<std::size_t> first_of_row{0}, part;
+  for (const std::vector<Chord>& row : chords.rows)
+    first_of_row.push_back(first_of_row.back() + row.size());
+  part.resize(first_of_row.back());
+  std::iota(part.begin(), part.end(), std::size_t(0));
+  const auto root = [&](std::size_t n) {
+    while (part[n] != n) n = part[n] = part[part[n]];
+    return n;
+  };
+  // Chords of one line of a row with those of another that they overlap.
+  const auto join = [&](std::size_t row, std::size_t other_row, int lines_on) {
+    const std::vector<Chord>&ours = chords.rows[row], &theirs = chords.rows[other_row];
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      const int line = ours[i].line + lines_on;
+      while (begin < theirs.size() && theirs[begin].line < line) ++begin;
+      for (std::size_t k = begin; k < theirs.size() && theirs[k].line == line; ++k)
+        if (ours[i].overlaps(theirs[k]))
+          part[root(first_of_row[row] + i)] = root(first_of_row[other_row] + k);
+    }
+  };
+  for (std::size_t row = 0; row < chords.rows.size(); ++row) {
+    join(row, row, 1);
+    if (row + 1 < chords.rows.size()) join(row, row + 1, 0);
+  }
+  std::map<std::size_t, double> volume;
+  for (std::size_t row = 0; row < chords.rows.size(); ++row)
+    for (std::size_t i = 0; i < chords.rows[row].size(); ++i) {
+      const Chord& chord = chords.rows[row][i];
+      volume[root(first_of_row[row] + i)] +=
+          (chord.leave - chord.enter) * chords.step * chords.step;
+    }
+  std::vector<double> parts;
+  for (const auto& [of, size] : volume) parts.push_back(size);
+  std::sort(parts.rbegin(), parts.rend());
+  return parts;
 }
 
 }  // namespace angio::meshing::detail

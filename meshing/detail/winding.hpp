@@ -41,4 +41,9 @@ class Winding {
 /// of a large surface so far that they cross it some 200,000 times.
 double wound_volume(const TriangleMesh& closed, double line_distance, int least);
 
+/// The volumes [mm^3] of the parts in which the places hang together that a closed surface winds
+/// around, the largest first: on such lines, next to each other, that overlap. A neck much thinner
+/// than the lines' distance parts them.
+std::vector<double> wound_parts(const TriangleMesh& closed, double line_distance);
+
 }  // namespace angio::meshing::detail

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -179,6 +180,25 @@ TriangleMesh tube_with_folded_throat() {
       tube.triangles.push_back({a, b + kAround, a + kAround});
     }
   return tube;
+}
+
+TEST(WoundParts, AreThoseThatHangTogether) {
+  const TriangleMesh tube = tube_between({0, 0, 0}, {20, 3, 5}, 1.5, true, 48);
+  const TriangleMesh aside = tube_between({0, 8, 0}, {10, 9, 2}, 1.0, true, 48);
+  const double large = enclosed_volume(tube), small = enclosed_volume(aside);
+  const std::vector<double> parts = detail::wound_parts(detail::joined({aside, tube}), 0.1);
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_NEAR(parts[0] / large, 1.0, 0.01);
+  EXPECT_NEAR(parts[1] / small, 1.0, 0.01);
+  // Joined by a neck that only near lines see.
+  const TriangleMesh neck = tube_between({5, 0, 1}, {5, 9, 1}, 0.1, true, 48);
+  const TriangleMesh all = detail::joined({aside, tube, neck});
+  const auto counted = [&](double distance) {
+    const std::vector<double> seen = detail::wound_parts(all, distance);
+    return std::count_if(seen.begin(), seen.end(), [](double part) { return part > 1.0; });
+  };
+  EXPECT_EQ(counted(0.05), 1);
+  EXPECT_EQ(counted(0.5), 2);
 }
 
 TEST(UniteParts, AThroatWhoseWallCrossesItselfStaysOpen) {
