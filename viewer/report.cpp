@@ -90,12 +90,6 @@ std::string image_section(const detail::Album& album, const Figures& figures, bo
   return out;
 }
 
-/// Of the scan's voxels [mm]; 0 without a scan.
-double largest_spacing(const ReportContent& content) {
-  if (!content.volume) return 0.0;
-  return content.volume->geometry.longest_spacing();
-}
-
 std::string flow_section(const ReportContent& content, const detail::Metrics& metrics) {
   const std::string drawing = detail::svg_for_page(detail::flow_chart(content, metrics));
   if (drawing.empty()) return {};
@@ -175,8 +169,7 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::headline(metrics);
   page += detail::first_doubts(content.doubts);
   page += detail::section("Vessel tree", album.block(figures.tree, "tree"));
-  page += detail::section("Stenoses",
-                          detail::lesion_table(content.lesions_json, largest_spacing(content)));
+  page += detail::section("Stenoses", detail::lesion_table(content.lesions_json));
   page += detail::section("Dilation", album.block(figures.moments, "stack") +
                                           album.block(figures.contact, "stack") +
                                           album.block(figures.sequence, "stack"));

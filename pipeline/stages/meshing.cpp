@@ -205,10 +205,11 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
         "the balloon's nominal diameter, {:.2f} mm, is {:.1f} times the vessel's at the lesion",
         nominal, to_artery));
   if (lesion.mld_mm < resolution_mm)
-    work.warnings.push_back(
-        fmt::format("the lesion's throat is narrower than a voxel ({:.2f} mm): its diameter is not "
-                    "measured, and the stenosis is at least {:.0f} %",
-                    resolution_mm, stenosis_at_least(lesion, resolution_mm).get<double>()));
+    work.warnings.push_back(fmt::format(
+        "the lesion's throat is narrower than {} ({:.2f} mm): its diameter is not "
+        "measured, and the stenosis is at least {:.0f} %",
+        has_surface_input(work.files) ? "the voxels that the surface was made from" : "a voxel",
+        resolution_mm, stenosis_at_least(lesion, resolution_mm).get<double>()));
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(
