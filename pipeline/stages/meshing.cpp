@@ -213,8 +213,8 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(
-      "{}; the balloon is placed at the tightest place of the longest vessel ({}). --set "
-      "lesion.centerline=N lesion.abscissa_mm=S moves it",
+      "{}; the balloon is placed at the tightest place of the longest vessel ({}). You can name "
+      "another place (--set lesion.centerline=N lesion.abscissa_mm=S)",
       none_was_found(lesions, asked.min_stenosis_percent), place_of(lesion));
   work.warnings.push_back(placement.reason);
 }
@@ -229,10 +229,10 @@ void show_calcium(StageWork& work, meshing::WallLayers& wall) {
   if (!level) return;
   const double volume = meshing::mark_calcium(scan, *level, wall);
   if (volume >= kWorthSaying)
-    work.warnings.push_back(
-        fmt::format("{:.1f} mm^3 of the wall are brighter than the blood ({:.0f}, threshold "
-                    "{:.0f}) and taken for calcified; wall.calcium_from_scan = false leaves them",
-                    volume, level->lumen, level->threshold()));
+    work.warnings.push_back(fmt::format(
+        "{:.1f} mm^3 of the wall are brighter than the blood ({:.0f}, threshold "
+        "{:.0f}) and taken for calcified; this can be left out (wall.calcium_from_scan = false)",
+        volume, level->lumen, level->threshold()));
 }
 
 }  // namespace
