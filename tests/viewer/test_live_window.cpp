@@ -120,6 +120,15 @@ TEST_F(LiveWindowTest, KeysInflateMoveHoldAndLetDown) {
   EXPECT_LT(changed(start, window_->picture()), 200) << "all is as it was";
 }
 
+TEST_F(LiveWindowTest, NoRingMarksAPlaceThatNobodyChose) {
+  open();
+  const Picture start = window_->picture();
+  int yellow = 0;
+  for (std::size_t i = 0; i < start.rgb.size(); i += 3)
+    yellow += start.rgb[i] > 200 && start.rgb[i + 1] > 170 && start.rgb[i + 2] < 100 ? 1 : 0;
+  EXPECT_EQ(yellow, 0);
+}
+
 TEST_F(LiveWindowTest, AimsStayWithinTheirRanges) {
   open();
   for (int i = 0; i < 40; ++i) window_->press("Up");
