@@ -7,11 +7,13 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/text.hpp"
 #include "testing/viewer/png.hpp"
 #include "testing/viewer/report_content.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/detail/case_headline.hpp"
 #include "viewer/detail/picture.hpp"
+#include "viewer/detail/section_slider.hpp"
 #include "viewer/detail/tables.hpp"
 #include "viewer/report.hpp"
 
@@ -335,6 +337,40 @@ TEST(Cards, TellBoundsOfAThroatThatIsNarrowerThanAVoxel) {
   EXPECT_TRUE(has(cards, "narrower than the image"));
   EXPECT_FALSE(has(cards, "0.57"));
   EXPECT_FALSE(has(cards, "0.10 to 0.30"));
+}
+
+TEST(Report, TheSlidersFirstSectionIsWhereTheMldIsMarked) {
+  ReportContent content = make_report_content();
+  content.lesion_abscissa_mm += 0.4;  // of the image; the simulated wall is narrowest elsewhere
+  const auto& profile = content.before;
+  const auto narrowest =
+      std::min_element(profile.inscribed_diameter_mm.begin(), profile.inscribed_diameter_mm.end());
+  const std::string mld = formats::fixed_text(*narrowest, 2);
+  const detail::Metrics metrics(R"({"lesion":{"mld_mm":)" + std::to_string(*narrowest) + "}}");
+  const std::string slider = detail::section_slider(content, metrics);
+  EXPECT_TRUE(has(slider.substr(slider.find("id=\"section-text\"")),
+                  "0.0 mm from the narrowest place. Diameter before " + mld))
+      << slider.substr(slider.find("id=\"section-text\""), 200);
+}
+
+TEST(Report, TheSolversChartsComeAfterTheResults) {
+  const TemporaryFolder folder;
+  write_report(folder.path(), make_report_content());
+  const std::string page = read_text(folder / "index.html");
+  const auto solver = page.find("<h2>Solver</h2>");
+  ASSERT_NE(solver, std::string::npos);
+  EXPECT_GT(solver, page.find("<h2>Images</h2>"));
+  for (const char* chart : {"Corrections by friction", "Penetration of the surfaces"})
+    EXPECT_GT(page.find(chart), solver) << chart;
+  EXPECT_LT(page.find("<h3>Diameters</h3>"), solver);
+  EXPECT_TRUE(has(page, "Pink: the wall"));
+}
+
+TEST(Report, TheTitleNamesTheStenosissPlace) {
+  const detail::Metrics metrics(
+      R"({"lesion":{"centerline_id":4,"abscissa_mm":29.4,"diameter_stenosis_percent":60.2}})");
+  EXPECT_EQ(detail::case_headline(metrics, "volume"),
+            "Scan: stenosis of 60 % on line 4, 29 mm from the inlet");
 }
 
 TEST(Cards, TellABalloonThatDoesNotFillTheLumenFromContactsGap) {

@@ -464,7 +464,9 @@ std::string lesion_table(const std::string& json) {
       body += "<td>" + formats::escape_html(lesion_value(lesions[i], column)) + "</td>";
     body += "</tr>";
   }
-  return "<div class=\"table wide\"><table>" + body +
+  return "<p class=\"sub on-narrow\">The table is wider than the page: move it sideways to see all "
+         "columns.</p>\n<div class=\"table wide\"><table>" +
+         body +
          "</table></div>\n<p class=\"sub\">Of the image; what is simulated is measured on its "
          "wall.</p>"
          "\n";
