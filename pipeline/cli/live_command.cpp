@@ -22,8 +22,8 @@ simulation::LiveSimulation load_live(const LiveArguments& a, double& rated_burst
                                      simulation::SimulationOptions& options) {
   const CaseFolder folder(a.case_folder);
   const SimulationSettings settings(case_config(folder));
-  const StageFiles files(folder, {file::kPlacement, file::kBalloon, file::kGuidewire, file::kRegion,
-                                  file::kAir, file::kLayeredWall});
+  const StageFiles files(folder, {file::kCenterlines, file::kPlacement, file::kBalloon,
+                                  file::kGuidewire, file::kRegion, file::kAir, file::kLayeredWall});
   const nlohmann::json placement =
       files.exists(file::kPlacement) ? read_json(files.path(file::kPlacement)) : nlohmann::json();
   if (!placement.contains("balloon"))
