@@ -1,8 +1,9 @@
 #include <gtest/gtest.h>
+#include <vtkActorCollection.h>
 #include <vtkCommand.h>
+#include <vtkProperty.h>
 #include <vtkRenderWindowInteractor.h>
 
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -19,6 +20,7 @@
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/window/closing_signals.hpp"
 #include "viewer/window/live_window.hpp"
+#include "viewer/window/scene_view.hpp"
 
 namespace angio::viewer::window {
 namespace {
@@ -122,16 +124,23 @@ TEST_F(LiveWindowTest, KeysInflateMoveHoldAndLetDown) {
 }
 
 TEST_F(LiveWindowTest, NoRingMarksAPlaceThatNobodyChose) {
-  open();
-  const Picture start = window_->picture();
-  constexpr std::array kRing{255, 219, 51};
-  int of_ring = 0;
-  for (std::size_t i = 0; i < start.rgb.size(); i += 3) {
-    int apart = 0;
-    for (std::size_t c = 0; c < 3; ++c) apart += std::abs(int(start.rgb[i + c]) - kRing[c]);
-    of_ring += apart < 6 ? 1 : 0;
-  }
-  EXPECT_EQ(of_ring, 0);
+  const detail::CaseData data = detail::read_case(folder_.path());
+  const TreatedLine line = read_treated_line(folder_.path(), data);
+  SceneView scene(data, line, nullptr);
+  const auto rings_seen = [&] {
+    int count = 0;
+    vtkActorCollection* actors = scene.renderer()->GetActors();
+    actors->InitTraversal();
+    while (vtkActor* actor = actors->GetNextActor()) {
+      const auto* color = actor->GetProperty()->GetColor();
+      const bool is_yellow = color[0] > 0.9 && color[1] > 0.8 && color[2] < 0.3;
+      count += is_yellow && actor->GetVisibility() != 0 ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_EQ(rings_seen(), 0);
+  scene.set_cursor(line.start_mm());
+  EXPECT_EQ(rings_seen(), 1);
 }
 
 TEST_F(LiveWindowTest, AimsStayWithinTheirRanges) {
