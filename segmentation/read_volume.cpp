@@ -12,6 +12,7 @@
 #include "segmentation/detail/dicom_series.hpp"
 #include "segmentation/detail/label_map.hpp"
 #include "segmentation/detail/projection_angles.hpp"
+#include "segmentation/detail/rotational_run.hpp"
 #include "segmentation/detail/volume_file.hpp"
 #include "segmentation/detail/volume_unit.hpp"
 
@@ -44,10 +45,6 @@ void check_exists(const fs::path& path) {
 /// A voxel size that is given is in mm.
 std::optional<LengthUnit> unit_of(const ReadOptions& options) {
   return options.spacing_mm[0] > 0.0 && !options.unit ? LengthUnit::mm : options.unit;
-}
-
-bool is_volume_file(const fs::path& path) {
-  return detail::is_volume_file_name(path) && !fs::is_directory(path);
 }
 
 std::vector<fs::path> volume_files_in(const fs::path& path) {
@@ -183,8 +180,11 @@ SeriesSummary summarize(const DicomSeries& series, const ReadOptions& options) {
     summary.verdict += ", but compressed with loss; needs --allow-lossy";
   summary.warnings = series.warnings;
   summary.projection = first.projection;
-  if (summary.projection)
+  if (summary.projection) {
     detail::settle_angles(*summary.projection, int(first.frames.size()), options.angles);
+    summary.is_rotational = summary.frame_count > 1 && detail::turns(*summary.projection) &&
+                            detail::refusal_of_turn(first, *summary.projection).empty();
+  }
   return summary;
 }
 
@@ -229,6 +229,14 @@ std::vector<int> ReadOptions::view_numbers() const {
   if (numbers.size() == 1)
     throw OptionError("input.views: one view tells no depth. Name two or more, as 1,3");
   return numbers;
+}
+
+bool is_volume_file(const fs::path& path) {
+  return detail::is_volume_file_name(path) && !fs::is_directory(path);
+}
+
+bool holds_dicom(const fs::path& folder, const ReadOptions& options) {
+  return !detail::find_series(folder, options).all.empty();
 }
 
 void ReadOptions::validate() const {

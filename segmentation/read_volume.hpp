@@ -128,8 +128,15 @@ struct SeriesSummary {
   std::string verdict;        ///< "regular grid", or why it is refused and what to do
   std::vector<std::string> warnings;
   std::optional<ProjectionRun> projection;  ///< of a run of projections
+  bool is_rotational = false;               ///< it turns, so that a volume can be made of it
   std::vector<Label> labels;  ///< of a volume file that is a label map; empty: an image
 };
+
+/// Is it a file, and named as a volume file is? .nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk
+bool is_volume_file(const std::filesystem::path& path);
+
+/// Does a folder hold a DICOM object, of whatever kind? Reads headers only.
+bool holds_dicom(const std::filesystem::path& folder, const ReadOptions& options = {});
 
 /// Reads headers only; of a volume file the voxels, too, which tells a label map from an image.
 std::vector<SeriesSummary> inspect(const std::filesystem::path& path,

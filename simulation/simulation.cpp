@@ -61,11 +61,12 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
   char text[300];
   for (std::string& warning : pbd_warnings(options)) summary.warnings.push_back(std::move(warning));
   if (slow_frames > 0) {
-    std::snprintf(text, sizeof text,
-                  "the force balance is off by up to %.0f %% and by more than %.0f %% in %d of %d "
-                  "frames; more sweeps or a shorter frame_s would close it",
-                  100.0 * summary.worst_residual, 100.0 * kWarnResidual, slow_frames,
-                  summary.frame_count);
+    std::snprintf(
+        text, sizeof text,
+        "the forces on balloon and wall are off balance by up to %.0f %%, and by more than "
+        "%.0f %% in %d of %d frames; the solver needs shorter time steps or more sweeps "
+        "to balance them (simulation.frame_s, simulation.sweeps)",
+        100.0 * summary.worst_residual, 100.0 * kWarnResidual, slow_frames, summary.frame_count);
     summary.warnings.emplace_back(text);
   }
   const double asked = options.inflation.peak_pressure_atm;
@@ -81,7 +82,7 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
     std::snprintf(text, sizeof text,
                   "the balloon reached %.2f atm of the %.2f atm asked for: its wall of %.3f mm %s "
                   "carries no more, or it was still filling; try a stiffer balloon or a longer "
-                  "inflate_s",
+                  "inflation (inflation.inflate_s)",
                   summary.peak_pressure_atm, asked, options.balloon.wall_mm,
                   options.balloon.name.c_str());
     summary.warnings.emplace_back(text);

@@ -132,7 +132,7 @@ int write_film(const fs::path& case_folder, const fs::path& film, const FilmOpti
   const double start = frames.front().time_s, duration = frames.back().time_s - start;
   const int count = int(std::floor(duration * options.pictures_per_second + 1e-9)) + 1;
   write_atomically(film, [&](const fs::path& temporary) {
-    FilmFile file(temporary, options.width, options.height, options.pictures_per_second);
+    FilmFile file(temporary, film, options.width, options.height, options.pictures_per_second);
     Picture picture;
     std::optional<std::size_t> shown;
     for (int i = 0; i < count; ++i) {

@@ -62,10 +62,20 @@ std::string chart_figure(const detail::Chart& chart) {
   return "<figure><h3>" + formats::escape_html(chart.title) + "</h3>" + drawing + "</figure>\n";
 }
 
-std::string chart_grid(const TimeSeries& series) {
+std::string chart_grid(const std::vector<detail::Chart>& charts) {
   std::string out;
-  for (const detail::Chart& chart : detail::time_charts(series)) out += chart_figure(chart);
+  for (const detail::Chart& chart : charts) out += chart_figure(chart);
   return out.empty() ? out : "<div class=\"charts\">" + out + "</div>\n";
+}
+
+std::string moments_section(const detail::Album& album, const std::vector<Figure>& moments) {
+  if (moments.empty()) return {};
+  return album.block(moments, "stack") +
+         "<p class=\"sub\">Blue: the balloon, on its guidewire. Pink: the wall that is simulated, "
+         "as "
+         "far as the balloon may reach. Grey: the rest of the lumen, as the image shows it; it "
+         "does "
+         "not move.</p>\n";
 }
 
 std::string contour_key(bool has_after) {
@@ -88,12 +98,6 @@ std::string image_section(const detail::Album& album, const Figures& figures, bo
         "<p class=\"sub\">Projections are maximum intensity projections through the box around "
         "the vessel tree. R, L, A, P, H: the patient's right, left, front, back, head.</p>\n";
   return out;
-}
-
-/// Of the scan's voxels [mm]; 0 without a scan.
-double largest_spacing(const ReportContent& content) {
-  if (!content.volume) return 0.0;
-  return content.volume->geometry.longest_spacing();
 }
 
 std::string flow_section(const ReportContent& content, const detail::Metrics& metrics) {
@@ -175,9 +179,8 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::headline(metrics);
   page += detail::first_doubts(content.doubts);
   page += detail::section("Vessel tree", album.block(figures.tree, "tree"));
-  page += detail::section("Stenoses",
-                          detail::lesion_table(content.lesions_json, largest_spacing(content)));
-  page += detail::section("Dilation", album.block(figures.moments, "stack") +
+  page += detail::section("Stenoses", detail::lesion_table(content.lesions_json));
+  page += detail::section("Dilation", moments_section(album, figures.moments) +
                                           album.block(figures.contact, "stack") +
                                           album.block(figures.sequence, "stack"));
   page += detail::section("Working view", view_section(content, album, figures.angiograms));
@@ -185,16 +188,18 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::section("Diameter along the vessel",
                           detail::svg_for_page(detail::diameter_chart(content, metrics)));
   page +=
-      detail::section("Sections along the vessel",
-                      detail::section_slider(content) + album.block(figures.straightened, "stack"));
+      detail::section("Sections along the vessel", detail::section_slider(content, metrics) +
+                                                       album.block(figures.straightened, "stack"));
   page += detail::section(
       detail::is_coronary(metrics) ? "Fractional flow reserve" : "Pressure along the vessel",
       flow_section(content, metrics));
   page += detail::section("Pressure and diameter", pressure_section(content, metrics));
-  page += detail::section("Course of the inflation", chart_grid(content.time_series));
+  page += detail::section("Course of the inflation",
+                          chart_grid(detail::time_charts(content.time_series)));
   page += detail::section("X-ray frames", frames_section(content, album, figures.frames));
   page += detail::section("Images", image_section(album, figures, content.moments.size() > 1));
   page += detail::other_doubts(content.doubts);
+  page += detail::section("Solver", chart_grid(detail::solver_charts(content.time_series)));
   return page + detail::page_end(metrics, content.run_json);
 }
 

@@ -37,12 +37,20 @@ std::vector<PageBlock> with_captions(std::vector<PageBlock> blocks) {
   return result;
 }
 
+/// The page's heading and the case's name.
+std::string title_of(const std::vector<PageBlock>& blocks, const std::string& name) {
+  for (const PageBlock& block : blocks)
+    if (block.kind == BlockKind::title && block.text != name) return block.text + ", case " + name;
+  return name;
+}
+
 }  // namespace
 
-std::string report_pdf(const std::string& page, const std::string& title,
+std::string report_pdf(const std::string& page, const std::string& name,
                        const std::string& version) {
   const std::vector<PageBlock> blocks = with_captions(read_page(page));
-  Paper paper(title, version, "Not for clinical use · angio " + version + " · " + title);
+  Paper paper(title_of(blocks, name), version,
+              "Not for clinical use · angio " + version + " · " + name);
   const auto is_card = [](const PageBlock& block) { return block.kind == BlockKind::card; };
   for (std::size_t i = 0; i < blocks.size();) {
     if (is_card(blocks[i])) {

@@ -8,11 +8,11 @@ namespace angio::viewer {
 /// without what moves (the scene, the slider). The fonts are in it; no time stamp is.
 ///
 /// @param page     report/index.html, as write_report writes it
-/// @param title    of the document
+/// @param name     of the case; the document's title is the page's heading, and that
 /// @param version  of the program
 /// @return the whole file
 /// @throws InputError if a picture of the page is damaged; IoError if there is no memory for it
-std::string report_pdf(const std::string& page, const std::string& title,
+std::string report_pdf(const std::string& page, const std::string& name,
                        const std::string& version);
 
 }  // namespace angio::viewer

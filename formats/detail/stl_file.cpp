@@ -37,6 +37,14 @@ void add_triangle(TriangleMesh& mesh) {
   mesh.triangles.push_back({last - 2, last - 1, last});
 }
 
+/// The normal and the corners of a facet of a binary file.
+std::array<float, 12> facet_numbers(std::string_view bytes, std::size_t facet) {
+  std::array<float, 12> numbers;
+  std::memcpy(numbers.data(), bytes.data() + kHeaderBytes + 4 + kFacetBytes * facet,
+              sizeof(numbers));
+  return numbers;
+}
+
 ParsedSurface parse_binary(std::string_view bytes) {
   ParsedSurface result;
   result.in_ras = says_ras(bytes.substr(0, kHeaderBytes));
@@ -46,9 +54,7 @@ ParsedSurface parse_binary(std::string_view bytes) {
   mesh.vertices.reserve(3 * count);
   mesh.triangles.reserve(count);
   for (std::size_t facet = 0; facet < count; ++facet) {
-    std::array<float, 12> numbers;  // the normal, which the corners tell as well, and the corners
-    std::memcpy(numbers.data(), bytes.data() + kHeaderBytes + 4 + kFacetBytes * facet,
-                sizeof(numbers));
+    const std::array<float, 12> numbers = facet_numbers(bytes, facet);
     for (std::size_t c = 3; c < 12; c += 3)
       mesh.vertices.push_back({double(numbers[c]), double(numbers[c + 1]), double(numbers[c + 2])});
     add_triangle(mesh);
@@ -56,21 +62,43 @@ ParsedSurface parse_binary(std::string_view bytes) {
   return result;
 }
 
+/// How many whole facets a binary file has room for behind its header.
+std::size_t whole_facets(std::string_view bytes) {
+  return bytes.size() < kHeaderBytes + 4 ? 0 : (bytes.size() - kHeaderBytes - 4) / kFacetBytes;
+}
+
 /// Whether whole facets are there and something else behind them, as some programs write it. What
 /// is no STL at all would ask for more facets than it is long, or hold numbers that are none.
 bool has_more_behind(std::string_view bytes) {
   constexpr float kMost = 1e9f;
-  if (bytes.size() < kHeaderBytes + 4 + kFacetBytes) return false;
+  if (whole_facets(bytes) == 0) return false;
   const std::size_t count = binary_facet_count(bytes);
-  if (count == 0 || (bytes.size() - kHeaderBytes - 4) / kFacetBytes < count) return false;
-  for (std::size_t facet = 0; facet < count; ++facet) {
-    std::array<float, 12> numbers;
-    std::memcpy(numbers.data(), bytes.data() + kHeaderBytes + 4 + kFacetBytes * facet,
-                sizeof(numbers));
-    for (const float number : numbers)
+  if (count == 0 || whole_facets(bytes) < count) return false;
+  for (std::size_t facet = 0; facet < count; ++facet)
+    for (const float number : facet_numbers(bytes, facet))
       if (!(std::abs(number) < kMost)) return false;
-  }
   return true;
+}
+
+/// Whether a binary file ends before its last facet. Its header is filled with zeros, as text never
+/// is, or its first facet has a normal of length one, or none.
+bool is_cut_short(std::string_view bytes) {
+  const bool has_count = bytes.size() >= kHeaderBytes + 4;
+  if (has_count && binary_facet_count(bytes) <= whole_facets(bytes)) return false;
+  if (bytes.substr(0, kHeaderBytes).find('\0') != std::string_view::npos) return true;
+  if (whole_facets(bytes) == 0) return false;
+  const std::array<float, 12> first = facet_numbers(bytes, 0);
+  const float length = std::hypot(first[0], first[1], first[2]);
+  return length == 0.0f || std::abs(length - 1.0f) < 0.01f;
+}
+
+std::string lengths(std::string_view bytes) {
+  if (bytes.size() < kHeaderBytes + 4) return "it has not even the 84 bytes of a header";
+  const std::uint64_t count = binary_facet_count(bytes);
+  return "its header says " + std::to_string(count) + " triangles, so 84 + 50 x " +
+         std::to_string(count) + " = " +
+         std::to_string(kHeaderBytes + 4 + kFacetBytes * std::size_t(count)) + " bytes; it has " +
+         std::to_string(bytes.size());
 }
 
 ParsedSurface parse_ascii(std::string_view text, const std::string& name) {
@@ -138,10 +166,10 @@ ParsedSurface parse_stl(std::string_view bytes, const std::string& name) {
   if (Tokens(bytes).next() == "solid" && bytes.find("facet") != std::string_view::npos)
     return parse_ascii(bytes, name);
   if (has_more_behind(bytes)) return parse_binary(bytes);
-  const bool cut_short = bytes.substr(0, kHeaderBytes).find('\0') != std::string_view::npos;
   throw InputError(name +
-                   (cut_short ? " is not as long as its STL header says (it was cut short)."
-                              : " is not an STL surface (neither binary nor ASCII STL).") +
+                   (is_cut_short(bytes)
+                        ? " was cut short (" + lengths(bytes) + ")."
+                        : " is not an STL surface (neither binary nor ASCII STL).") +
                    " Copy or export it again");
 }
 

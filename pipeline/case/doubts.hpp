@@ -10,8 +10,7 @@
 namespace angio::pipeline {
 
 /// How the warning begins that a throat is below what the data show.
-inline constexpr std::string_view kUnmeasuredThroat =
-    "the lesion's throat is narrower than a voxel";
+inline constexpr std::string_view kUnmeasuredThroat = "the lesion's throat is narrower than";
 
 /// Whether a warning is told before those of other things: of the treatment, of a unit that was
 /// guessed, of a throat that nobody can measure.

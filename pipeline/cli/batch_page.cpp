@@ -79,14 +79,19 @@ std::string class_of(const SummaryCase& one) {
   return doubts ? "doubt" : status;
 }
 
-std::string name_cell(const fs::path& folder, const SummaryCase& one) {
+/// The case's name, as a link where it has a report.
+std::string name_link(const fs::path& folder, const SummaryCase& one) {
   const std::string name = escape_html(one.name);
   const bool has_report = fs::exists(folder / one.name / "report" / "index.html");
+  return has_report ? fmt::format("<a href=\"{0}/report/index.html\">{0}</a>", name) : name;
+}
+
+std::string name_cell(const fs::path& folder, const SummaryCase& one) {
   const bool has_log = fs::exists(folder / "logs" / (one.name + ".log"));
-  return fmt::format(
-      "<th scope=\"row\" class=\"text\">{}{}</th>",
-      has_report ? fmt::format("<a href=\"{0}/report/index.html\">{0}</a>", name) : name,
-      has_log ? fmt::format(" <small><a href=\"logs/{0}.log\">log</a></small>", name) : "");
+  return fmt::format("<th scope=\"row\" class=\"text\">{}{}</th>", name_link(folder, one),
+                     has_log ? fmt::format(" <small><a href=\"logs/{}.log\">log</a></small>",
+                                           escape_html(one.name))
+                             : "");
 }
 
 std::string number_cell(std::optional<double> value, const char* format) {
@@ -321,12 +326,10 @@ std::string quality_page(const fs::path& folder, const std::vector<SummaryCase>&
   std::string body =
       "<p><a href=\"summary.html\">Table of the cases</a></p><div class=\"sheet\">\n";
   for (const SummaryCase& one : cases) {
-    const std::string name = escape_html(one.name);
-    body += fmt::format(
-        "<article class=\"{}\"><h2><a href=\"{}/report/index.html\">{}</a> <small class=\"status\">"
-        "{}</small></h2>{}",
-        escape_html(class_of(one)), name, name, escape_html(shown_status(one)),
-        one.reason.empty() ? "" : "<p>" + escape_html(one.reason) + "</p>");
+    body += fmt::format("<article class=\"{}\"><h2>{} <small class=\"status\">{}</small></h2>{}",
+                        escape_html(class_of(one)), name_link(folder, one),
+                        escape_html(shown_status(one)),
+                        one.reason.empty() ? "" : "<p>" + escape_html(one.reason) + "</p>");
     for (const auto& [what, files] : kinds)
       body += image(picture_of(folder, one.name, files), std::string(what) + " of " + one.name);
     body += "</article>\n";

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "pipeline/case/input_folder.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/tell.hpp"
 #include "pipeline/cli/shared_options.hpp"
@@ -55,7 +56,42 @@ nlohmann::json to_json(const segmentation::ProjectionRun& run) {
   return json;
 }
 
-nlohmann::json to_json(const segmentation::SeriesSummary& s) {
+/// What is in an input, and what `angio run` takes of it.
+struct Findings {
+  std::vector<segmentation::SeriesSummary> series;
+  std::vector<segmentation::ViewSummary> views;
+  bool has_volume = false, has_run = false, has_views = false;  ///< one can be used
+
+  [[nodiscard]] bool usable() const { return has_volume || has_run || has_views; }
+  [[nodiscard]] const segmentation::ViewSummary* view_of(
+      const segmentation::SeriesSummary& s) const {
+    const auto found = std::find_if(views.begin(), views.end(), [&](const auto& view) {
+      return view.series == s.key && view.problem.empty();
+    });
+    return has_views && found != views.end() ? &*found : nullptr;
+  }
+};
+
+/// "volume", "rotational run" or "view"; empty: it is not taken.
+std::string taken_as(const segmentation::SeriesSummary& s, const Findings& findings) {
+  if (s.usable) return "volume";
+  if (s.is_rotational && (findings.has_run || findings.has_volume)) return "rotational run";
+  return findings.view_of(s) != nullptr ? "view" : "";
+}
+
+/// "usable: regular grid"; of what is no volume, but taken all the same, as what.
+std::string verdict_on(const segmentation::SeriesSummary& s, const Findings& findings) {
+  const std::string as = taken_as(s, findings);
+  if (as == "rotational run")
+    return fmt::format("usable by `angio run{}`: a rotational run, of which it makes a volume",
+                       findings.has_volume ? " --series " + s.key : "");
+  if (as == "view")
+    return fmt::format("usable by `angio run`: view {} of a C-arm that stood still",
+                       findings.view_of(s)->number);
+  return (s.usable ? "usable: " : "refused: ") + s.verdict;
+}
+
+nlohmann::json to_json(const segmentation::SeriesSummary& s, const Findings& findings) {
   const auto& g = s.geometry;
   nlohmann::json json = {{"key", s.key},
                          {"kind", s.kind},
@@ -66,12 +102,14 @@ nlohmann::json to_json(const segmentation::SeriesSummary& s) {
                          {"size", {g.size[0], g.size[1], g.size[2]}},
                          {"spacing_mm", {g.spacing.x, g.spacing.y, g.spacing.z}},
                          {"usable", s.usable},
+                         {"taken_as", nullptr},
                          {"lossy", s.lossy},
                          {"resampled", s.resampled},
                          {"tilt_degrees", s.tilt_degrees},
                          {"verdict", s.verdict},
                          {"warnings", s.warnings}};
   if (!s.usable) json["spacing_mm"] = nullptr;
+  if (const std::string as = taken_as(s, findings); !as.empty()) json["taken_as"] = as;
   if (g.size[0] == 0) json["size"] = nullptr;
   json["labels"] = s.labels.empty() ? nlohmann::json(nullptr) : nlohmann::json::array();
   if (s.projection) json["projection"] = to_json(*s.projection);
@@ -126,7 +164,8 @@ void print_labels(const segmentation::SeriesSummary& s) {
        s.labels.size(), fmt::join(texts, ", "), s.labels.size() > kMost ? ", ..." : "");
 }
 
-void print_series(std::size_t number, const segmentation::SeriesSummary& s) {
+void print_series(std::size_t number, const segmentation::SeriesSummary& s,
+                  const Findings& findings) {
   const auto& g = s.geometry;
   tell("{}  {}  {}, {} file(s), {} frame(s), {}{}", number, s.key, s.kind, s.file_count,
        s.frame_count, s.transfer_syntax, s.lossy ? " (lossy)" : "");
@@ -138,7 +177,7 @@ void print_series(std::size_t number, const segmentation::SeriesSummary& s) {
     tell("   {} columns x {} rows x {} frame(s)", g.size[0], g.size[1], g.size[2]);
   print_labels(s);
   if (s.projection) print_projection(*s.projection);
-  tell("   {}: {}", s.usable ? "usable" : "refused", s.verdict);
+  tell("   {}", verdict_on(s, findings));
   for (const std::string& warning : s.warnings) tell("   note: {}", warning);
 }
 
@@ -330,38 +369,66 @@ CLI::App& add_inspect_command(CLI::App& app, InspectArguments& inspect) {
   return command;
 }
 
+namespace {
+
+void print_json(const Findings& findings, const std::optional<Forecast>& forecast) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& series : findings.series) list.push_back(to_json(series, findings));
+  nlohmann::json found = {{"series", list}};
+  if (forecast) found["reconstruction"] = to_json(*forecast);
+  if (!findings.views.empty()) found["views"] = to_json(findings.views);
+  fmt::print("{}\n", found.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+void inspect_scan(const std::string& input, const Config& config, bool as_json) {
+  Findings findings{segmentation::inspect(input, config.input), {}};
+  const auto any = [&](auto what) {
+    return std::any_of(findings.series.begin(), findings.series.end(), what);
+  };
+  std::optional<Forecast> forecast;
+  findings.has_volume = any([](const auto& series) { return series.usable; });
+  if (any([](const auto& series) { return series.projection.has_value(); })) {
+    forecast = forecast_of(input, config);
+    findings.views = segmentation::list_views(input, config.input);
+    findings.has_run = forecast.has_value();
+    findings.has_views = segmentation::are_views(input, config.input) &&
+                         std::count_if(findings.views.begin(), findings.views.end(),
+                                       [](const auto& v) { return v.problem.empty(); }) > 1;
+  }
+  if (as_json) {
+    print_json(findings, forecast);
+  } else {
+    for (std::size_t i = 0; i < findings.series.size(); ++i)
+      print_series(i + 1, findings.series[i], findings);
+    if (forecast) print_forecast(*forecast);
+    print_views(findings.views);
+  }
+  if (!findings.usable())
+    throw InputError("nothing in " + input + " can be used, for the reasons in the list");
+}
+
+}  // namespace
+
 int do_inspect(const InspectArguments& arguments) {
-  const InputKind kind = input_kind(arguments.input);
   Config config;
   if (!arguments.unit.empty()) apply_setting(config, "input.unit=" + arguments.unit);
+  apply_read_options(config, arguments.read);
+  const std::vector<std::string> files = files_instead_of_dicom(arguments.input, config.input);
+  const std::string input = files.size() == 1 ? files.front() : arguments.input;
+  const InputKind kind = input_kind(input);
   if (kind == InputKind::surface) {
-    inspect_surface(arguments.input, config.surface_unit, arguments.as_json);
+    inspect_surface(input, config.surface_unit, arguments.as_json);
     return int(ExitCode::done);
   }
   if (kind == InputKind::phantom)
     throw Error(ExitCode::usage, "a phantom has nothing to inspect. See `angio phantom --help`");
-  apply_read_options(config, arguments.read);
+  if (files.size() > 1 && std::none_of(files.begin(), files.end(), segmentation::is_volume_file))
+    refuse_several(input, files);
   config.input.unit = config.surface_unit;
-  const std::vector<segmentation::SeriesSummary> all =
-      segmentation::inspect(arguments.input, config.input);
-  std::optional<Forecast> forecast;
-  if (std::any_of(all.begin(), all.end(), [](const auto& series) { return series.projection; }))
-    forecast = forecast_of(arguments.input, config);
-  std::vector<segmentation::ViewSummary> views;
-  if (std::any_of(all.begin(), all.end(), [](const auto& series) { return series.projection; }))
-    views = segmentation::list_views(arguments.input, config.input);
-  if (arguments.as_json) {
-    nlohmann::json list = nlohmann::json::array();
-    for (const auto& series : all) list.push_back(to_json(series));
-    nlohmann::json found = {{"series", list}};
-    if (forecast) found["reconstruction"] = to_json(*forecast);
-    if (!views.empty()) found["views"] = to_json(views);
-    fmt::print("{}\n", found.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-    return int(ExitCode::done);
-  }
-  for (std::size_t i = 0; i < all.size(); ++i) print_series(i + 1, all[i]);
-  if (forecast) print_forecast(*forecast);
-  print_views(views);
+  inspect_scan(input, config, arguments.as_json);
+  if (files.size() > 1 && !arguments.as_json)
+    tell("`angio run` takes one of these files, not their folder: `angio run {} -o CASE`",
+         files.front());
   return int(ExitCode::done);
 }
 

@@ -22,8 +22,8 @@ simulation::LiveSimulation load_live(const LiveArguments& a, double& rated_burst
                                      simulation::SimulationOptions& options) {
   const CaseFolder folder(a.case_folder);
   const SimulationSettings settings(case_config(folder));
-  const StageFiles files(folder, {file::kPlacement, file::kBalloon, file::kGuidewire, file::kRegion,
-                                  file::kAir, file::kLayeredWall});
+  const StageFiles files(folder, {file::kCenterlines, file::kPlacement, file::kBalloon,
+                                  file::kGuidewire, file::kRegion, file::kAir, file::kLayeredWall});
   const nlohmann::json placement =
       files.exists(file::kPlacement) ? read_json(files.path(file::kPlacement)) : nlohmann::json();
   if (!placement.contains("balloon"))
@@ -99,6 +99,11 @@ int do_live(const LiveArguments& a) {
   simulation::LiveSimulation live = load_live(a, drive.rated_burst_atm, options);
   drive.frame_s = options.frame_s;
   drive.most_pressure_atm = options.inflation.peak_pressure_atm;
+  if (a.options.pressure_atm > drive.most_pressure_atm)
+    reporter.note(fmt::format(
+        "--pressure asks for {:.2f} atm, but the case's peak is {:.2f} atm: it begins at that "
+        "(inflation.peak_pressure_atm)",
+        a.options.pressure_atm, drive.most_pressure_atm));
   drive.least_place_mm = live.least_place_mm();
   drive.most_place_mm = live.most_place_mm();
   drive.first = shown(live);

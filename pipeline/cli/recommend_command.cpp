@@ -65,9 +65,9 @@ int do_recommend(RecommendArguments& recommend) {
   for (const Candidate& candidate : candidates) variants.push_back(candidate.variant);
   const ReportStyle style = arguments.shared.style();
   Reporter reporter(style);
-  reporter.note(fmt::format("{} candidates for a lesion of {:.1f} mm in a vessel of {:.2f} mm",
-                            candidates.size(), lesion.size.length_mm,
-                            lesion.size.reference_diameter_mm));
+  reporter.note(fmt::format("{} candidate{} for a lesion of {:.1f} mm in a vessel of {:.2f} mm",
+                            candidates.size(), candidates.size() == 1 ? "" : "s",
+                            lesion.size.length_mm, lesion.size.reference_diameter_mm));
   const VariantResults runs = run_variants(arguments, config, variants, "recommend", reporter);
   const fs::path& folder = arguments.request.folder;
   std::vector<CandidateResult> results;

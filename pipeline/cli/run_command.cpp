@@ -142,6 +142,19 @@ void apply_inlet(Config& config, const std::string& inlet) {
       "a point X,Y,Z in LPS [mm], or the number of an open end of a surface");
 }
 
+[[noreturn]] void refuse_without_input(const RunArguments& run) {
+  const std::filesystem::path& folder = run.request.case_folder;
+  if (!run.shared.settings.empty())  // which may have swallowed it
+    throw Error(ExitCode::usage,
+                "`angio run` needs an INPUT, before any --set. See `angio run --help`");
+  throw Error(ExitCode::usage,
+              "`angio run` needs an INPUT" +
+                  (folder.empty() ? std::string()
+                                  : ": " + folder.string() +
+                                        " is no case yet, from whose files it could go on") +
+                  ". Give one, as `angio run INPUT -o CASE`; see `angio run --help`");
+}
+
 int run_whole(RunArguments& run) {
   const bool is_known = goes_on(run);
   if (is_known) run.request.config = case_config(CaseFolder(run.request.case_folder));
@@ -156,9 +169,7 @@ int run_whole(RunArguments& run) {
   }
   if (run.request.input.empty()) run.request.input = default_input(run.request.config);
   if (is_known && run.request.input.empty()) refuse_other_input(former, run.request.config, "run");
-  if (run.request.input.empty() && !is_known)
-    throw Error(ExitCode::usage,
-                "`angio run` needs an INPUT, before any --set. See `angio run --help`");
+  if (run.request.input.empty() && !is_known) refuse_without_input(run);
   if (run.request.case_folder.empty())
     throw Error(ExitCode::usage,
                 "`angio run` needs a folder for the case: add -o CASE. See `angio run --help`");

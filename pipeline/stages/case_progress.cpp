@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/printable.hpp"
+#include "pipeline/case/input_folder.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/running_case.hpp"
 #include "pipeline/stages/stage_keys.hpp"
@@ -71,7 +72,13 @@ bool applies(const StageDefinition& stage, const RunRecord& record) {
   return stage.input_kind.empty() || stage.input_kind == record.input_kind;
 }
 
-RunRecord describe_input(const RunRequest& request, const CaseFolder& folder) {
+RunRequest with_file_of_folder(RunRequest request) {
+  request.input = file_or_dicom(request.input, request.config.input);
+  return request;
+}
+
+RunRecord describe_input(const RunRequest& given, const CaseFolder& folder) {
+  const RunRequest request = with_file_of_folder(given);
   if (request.input.empty()) {
     if (!folder.exists("run.json"))
       throw InputError(

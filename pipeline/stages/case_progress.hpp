@@ -14,6 +14,10 @@ bool is_dicom(const std::string& input);
 /// Is the stage one for the case's kind of input?
 bool applies(const StageDefinition& stage, const RunRecord& record);
 
+/// The same of the one volume or surface in a folder that holds no DICOM.
+/// @throws InputError (65) if there are several, or the folder is a case's
+RunRequest with_file_of_folder(RunRequest request);
+
 /// A new record of what a request names as its input; the case's own record where it names none.
 /// @throws InputError (66) if there is neither
 RunRecord describe_input(const RunRequest& request, const CaseFolder& folder);

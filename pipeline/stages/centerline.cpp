@@ -71,8 +71,9 @@ std::optional<TriangleMesh> narrowed_lumen(StageWork& work, const CenterlineSett
       centerline::find_lesions(tree, {.min_stenosis_percent = lesion.min_stenosis_percent});
   if (lesions.front().is_stenosis && lesion.abscissa_mm < 0.0) {
     work.warnings.push_back(
-        fmt::format("nothing was narrowed: there is a stenosis of {:.0f} % already. --set "
-                    "lesion.centerline=N lesion.abscissa_mm=S names a place to narrow all the same",
+        fmt::format("nothing was narrowed: there is a stenosis of {:.0f} % already. You "
+                    "can name a place to narrow all the same (--set lesion.centerline=N "
+                    "lesion.abscissa_mm=S)",
                     lesions.front().diameter_stenosis_percent));
     return std::nullopt;
   }
@@ -144,8 +145,9 @@ std::string what_else(centerline::Doubt doubt) {
     case centerline::Doubt::crowded:
       return "in so large a tree, or one where so many vessels touch or form loops, it may be "
              "where "
-             "one vessel meets another; segmentation.region_lps_mm or seeds_lps_mm take the vessel "
-             "without its neighbours";
+             "one vessel meets another; a region around the vessel, or seeds in it, take it "
+             "without "
+             "its neighbours (segmentation.region_lps_mm, segmentation.seeds_lps_mm)";
     case centerline::Doubt::beside_no_tube:
       return "the lumen beside it is no tube, but an organ's or a sac's";
     case centerline::Doubt::heart:
@@ -179,7 +181,7 @@ void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& le
     work.warnings.push_back(
         fmt::format("{} narrowing{} not listed, the worst of {:.0f} % on line {}, {:.1f} mm from "
                     "the inlet: {}. "
-                    "--set lesion.centerline={} looks at that line alone",
+                    "That line can be looked at alone (--set lesion.centerline={})",
                     count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent,
                     worst->path_id, worst->abscissa_mm, what_else(doubt), worst->path_id));
   }
@@ -192,8 +194,8 @@ void tell_of_diffuse(StageWork& work, const std::vector<centerline::Lesion>& les
       work.warnings.push_back(fmt::format(
           "from {:.1f} to {:.1f} mm line {} is up to {:.0f} % narrower than before and behind "
           "({:.2f} mm at {:.1f} mm): diffuse disease, or ends that are dilated; it is not listed, "
-          "for most of the vessel is as thin. --set lesion.centerline={} lesion.abscissa_mm={:.1f} "
-          "places a balloon there",
+          "for most of the vessel is as thin. A balloon can be placed there (--set "
+          "lesion.centerline={} lesion.abscissa_mm={:.1f})",
           lesion.proximal_mm, lesion.distal_mm, lesion.path_id, lesion.diameter_stenosis_percent,
           lesion.mld_mm, lesion.abscissa_mm, lesion.path_id, lesion.abscissa_mm));
 }

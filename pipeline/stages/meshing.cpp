@@ -207,14 +207,15 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
         nominal, to_artery));
   if (lesion.mld_mm < resolution_mm)
     work.warnings.push_back(fmt::format(
-        "{} ({:.2f} mm): its diameter is not measured, and the stenosis is at least "
-        "{:.0f} %",
-        kUnmeasuredThroat, resolution_mm, stenosis_at_least(lesion, resolution_mm).get<double>()));
+        "{} {} ({:.2f} mm): its diameter is not measured, and the stenosis is at least {:.0f} %",
+        kUnmeasuredThroat,
+        has_surface_input(work.files) ? "the voxels that the surface was made from" : "a voxel",
+        resolution_mm, stenosis_at_least(lesion, resolution_mm).get<double>()));
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(
-      "{}; the balloon is placed at the tightest place of the longest vessel ({}). --set "
-      "lesion.centerline=N lesion.abscissa_mm=S moves it",
+      "{}; the balloon is placed at the tightest place of the longest vessel ({}). You can name "
+      "another place (--set lesion.centerline=N lesion.abscissa_mm=S)",
       none_was_found(lesions, asked.min_stenosis_percent), place_of(lesion));
   work.warnings.push_back(placement.reason);
 }
@@ -229,10 +230,10 @@ void show_calcium(StageWork& work, meshing::WallLayers& wall) {
   if (!level) return;
   const double volume = meshing::mark_calcium(scan, *level, wall);
   if (volume >= kWorthSaying)
-    work.warnings.push_back(
-        fmt::format("{:.1f} mm^3 of the wall are brighter than the blood ({:.0f}, threshold "
-                    "{:.0f}) and taken for calcified; wall.calcium_from_scan = false leaves them",
-                    volume, level->lumen, level->threshold()));
+    work.warnings.push_back(fmt::format(
+        "{:.1f} mm^3 of the wall are brighter than the blood ({:.0f}, threshold "
+        "{:.0f}) and taken for calcified; this can be left out (wall.calcium_from_scan = false)",
+        volume, level->lumen, level->threshold()));
 }
 
 }  // namespace

@@ -346,8 +346,9 @@ bool is_done_minimal(const Workflow& workflow, RunRequest request) {
 
 }  // namespace
 
-fs::path run_case(const Workflow& workflow, const RunRequest& request, Reporter& reporter) {
-  request.config.validate();
+fs::path run_case(const Workflow& workflow, const RunRequest& given, Reporter& reporter) {
+  given.config.validate();
+  const RunRequest request = with_file_of_folder(given);
   if (may_simulate(request)) require_backend(request.config.simulation.backend);
   const CaseFolder folder(request.case_folder);
   NewCase new_case(folder);

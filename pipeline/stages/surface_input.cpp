@@ -263,6 +263,7 @@ void inspect_surface(const fs::path& file, std::optional<LengthUnit> asked, bool
     fmt::print("{}\n", inspection_json(raw, given ? &*given : nullptr, verdict).dump(2));
   else
     print_inspection(raw, given ? &*given : nullptr, verdict);
+  if (!given) throw InputError(verdict);
 }
 
 }  // namespace angio::pipeline

@@ -32,7 +32,7 @@ GivenSurface read_given_surface(const std::filesystem::path& file, std::optional
 /// @param unit  that it is measured in; unset: as it says, or by its size
 void take_surface(StageWork& work, std::optional<LengthUnit> unit);
 
-/// Prints what a surface is like and whether it can be used.
+/// Prints what a surface is like and whether it can be used. @throws InputError if it cannot
 void inspect_surface(const std::filesystem::path& file, std::optional<LengthUnit> asked,
                      bool as_json);
 

@@ -96,9 +96,9 @@ std::vector<std::string> treatment_warnings(const Treatment& treatment, const Gu
   if (spans.untreated_mm > kWorthSaying)
     warnings.push_back(fmt::format(
         "the balloon leaves out {:.1f} mm of the lesion: MLD, gain and recoil are of the part that "
-        "it treats, from {:.1f} to {:.1f} mm from the inlet; segment_mld_mm is of all of it. A "
-        "longer balloon (balloon.length_mm) may reach it, unless open ends or a bend, as another "
-        "warning then says, left no room for one",
+        "it treats, from {:.1f} to {:.1f} mm from the inlet; the MLD along the whole balloon is "
+        "among all numbers. A longer balloon may reach the rest, unless open ends or a bend left "
+        "no room for one (balloon.length_mm)",
         spans.untreated_mm, spans.lesion_first, spans.lesion_last));
   return warnings;
 }

@@ -208,8 +208,8 @@ BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector
         std::to_string(count) + (count == 1 ? " object" : " objects") +
         " brighter than the vessels (bone, calcification or metal), " +
         amount_of(bright.pieces, is_object, grid) +
-        ", were kept out; if that is vessel, set segmentation.exclude_bone = false or give a seed "
-        "in it");
+        ", were kept out; if that is vessel, keep bright objects or give a seed in it "
+        "(segmentation.exclude_bone = false, segmentation.seeds_lps_mm)");
   }
   if (const int count = count_of(is_plaque); count > 0) {
     if (objects.image_without.values.empty()) objects.image_without = volume;
@@ -219,7 +219,8 @@ BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector
         " of the vessels brighter than blood, " + amount_of(in_vessels.pieces, is_plaque, grid) +
         (count == 1 ? ", is" : ", are") +
         " taken for calcified plaque: the lumen ends half way to its brightness; if that is blood, "
-        "set segmentation.exclude_bone = false or give a seed in it");
+        "keep bright objects or give a seed in it (segmentation.exclude_bone = false, "
+        "segmentation.seeds_lps_mm)");
   }
   return objects;
 }

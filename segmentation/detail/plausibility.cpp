@@ -21,8 +21,8 @@ constexpr double kWidestArtery = 20.0;  ///< radius [mm]
 constexpr double kWideVessel = 5.0;     ///< likewise: none that wide begins and ends in a scan
 
 const char* const kAdvice =
-    "give segmentation.region_lps_mm around the vessels, segmentation.seeds_lps_mm in them or "
-    "segmentation.intensity_min between tissue and blood";
+    "give a region around the vessels, seeds in them or a least brightness between tissue and "
+    "blood (segmentation.region_lps_mm, segmentation.seeds_lps_mm, segmentation.intensity_min)";
 
 double volume_of(const VolumeGeometry& grid) {
   return double(grid.voxel_count()) * grid.spacing.x * grid.spacing.y * grid.spacing.z;
@@ -122,8 +122,9 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
         "the lumen is " + format_number(-2.0 * double(*deepest)) + " mm wide around (" +
         format_number(place.x) + ", " + format_number(place.y) + ", " + format_number(place.z) +
         ") mm, as chambers of the heart are, or tissue, and arteries only where they "
-        "are aneurysms; segmentation.max_diameter_mm leaves wide parts out (7 for coronaries, with "
-        "a seed in one); or " +
+        "are aneurysms; wide parts can be left out (segmentation.max_diameter_mm, 7 for "
+        "coronaries, "
+        "with a seed in one); or " +
         kAdvice);
   }
   return warnings;

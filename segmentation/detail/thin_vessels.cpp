@@ -85,7 +85,8 @@ std::string warn_of_thin_vessels(const Volume<std::uint8_t>& seen, const Volume<
          "out, the longest of " +
          format_number(length) + " mm around (" + format_number(place.x) + ", " +
          format_number(place.y) + ", " + format_number(place.z) +
-         ") mm; a smaller segmentation.smallest_radius_mm or a seed there may find more";
+         ") mm; a seed there or a smaller least radius may find more "
+         "(segmentation.seeds_lps_mm, segmentation.smallest_radius_mm)";
 }
 
 }  // namespace angio::segmentation::detail

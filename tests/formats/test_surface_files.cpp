@@ -240,6 +240,12 @@ TEST(Stl, BadFilesAreRefusedByName) {
   std::string absurd = whole;
   absurd.replace(80, 4, "\xff\xff\xff\xff");
   expect_surface_refused(folder / "d.stl", absurd, "cut short");
+  // As programs write it that fill the whole header with their name.
+  std::string named = whole.substr(0, 300);
+  named.replace(0, 80, std::string(80, 'x'));
+  expect_surface_refused(folder / "g.stl", named,
+                         "12 triangles, so 84 + 50 x 12 = 684 bytes; it has 300");
+  expect_surface_refused(folder / "h.stl", std::string(400, '7'), "not an STL");
   write_text_atomically(folder / "e.stl", whole + "what another program has written behind it");
   EXPECT_EQ(read_surface(folder / "e.stl").mesh.triangles.size(), cube.mesh.triangles.size());
   std::string broken = whole + "and more";

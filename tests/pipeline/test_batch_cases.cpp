@@ -157,6 +157,18 @@ TEST(SummaryPage, HoldsWhatPeopleAndFilesSayAsText) {
   }
 }
 
+TEST(QualityPage, LinksTheReportsThatAreThere) {
+  const test::TemporaryFolder folder;
+  write_text_atomically(folder / "good/report/index.html", "report");
+  std::vector<SummaryCase> cases(2);
+  cases[0].name = "good";
+  cases[1].name = "bad";
+  const std::string page = quality_page(folder.path(), cases);
+  EXPECT_NE(page.find("href=\"good/report/index.html\""), std::string::npos);
+  EXPECT_EQ(page.find("href=\"bad/report/index.html\""), std::string::npos);
+  EXPECT_NE(page.find("bad"), std::string::npos);
+}
+
 TEST(SummaryPage, LinksWhatIsThere) {
   test::CommandFolder folder;
   write_text_atomically(folder / "case1/report/index.html", "x");

@@ -205,6 +205,61 @@ TEST(CommandLine, PipesAndDevicesAreRefusedBeforeTheyAreRead) {
                      65, "neither a file nor a folder", folder);
 }
 
+TEST(CommandLine, AFolderOfOneVolumeOrSurfaceIsThatFile) {
+  CommandFolder folder;
+  for (const char* format : {"nrrd", "surface"}) {
+    const std::string data = folder / format, file = format + std::string("-case");
+    ASSERT_EQ(run_program("phantom straight --length 12 --spacing 0.5 --format " +
+                          std::string(format) + " -o '" + data + "'")
+                  .exit_code,
+              0);
+    ASSERT_EQ(run_program("inspect --json '" + data + "'").exit_code, 0);
+    const ProgramResult result =
+        run_program("run '" + data + "' --until segmentation --quiet -o '" + folder / file + "'");
+    EXPECT_EQ(result.exit_code, 0) << format << result.error;
+  }
+  fs::create_directories(folder.path() / "both");
+  fs::copy(folder.path() / "nrrd/volume.nrrd", folder.path() / "both/a.nrrd");
+  write_text_atomically(folder.path() / "both/b.stl", "solid\n");
+  expect_failure("run '" + folder / "both" + "' -o '" + folder / "none" + "'", 65,
+                 "both/a.nrrd -o CASE", folder);
+  const ProgramResult listed = run_program("inspect '" + folder / "both" + "'");
+  EXPECT_EQ(listed.exit_code, 0);
+  EXPECT_NE(listed.out.find("one of these files"), std::string::npos) << listed.out;
+  for (const std::string& verb : {std::string("inspect"), "run -o '" + folder / "none" + "'"})
+    expect_failure(verb + " '" + folder / "nrrd-case" + "'", 65, "is a case of angio", folder);
+}
+
+TEST(CommandLine, AFolderThatIsNoCaseYetIsSaidToBeNone) {
+  CommandFolder folder;
+  fs::create_directories(folder.path() / "new");
+  const ProgramResult result = run_program("run -o '" + folder / "new" + "'");
+  EXPECT_EQ(result.exit_code, 64);
+  EXPECT_NE(result.error.find("is no case yet"), std::string::npos) << result.error;
+  EXPECT_EQ(result.error.find("--set"), std::string::npos) << result.error;
+  const ProgramResult swallowed = run_program("run --set mesh.edges_per_circumference=12 -o x");
+  EXPECT_NE(swallowed.error.find("before any --set"), std::string::npos) << swallowed.error;
+}
+
+TEST(CommandLine, InspectRefusesWhatHoldsNothingOfUse) {
+  CommandFolder folder;
+  ASSERT_EQ(run_program("phantom coronary --format xa-views --views 0/0 --spacing 0.6 -o '" +
+                        folder / "one" + "'")
+                .exit_code,
+            0);
+  const ProgramResult one = run_program("inspect --json '" + folder / "one/xa_views" + "'");
+  EXPECT_EQ(one.exit_code, 65);
+  EXPECT_TRUE(nlohmann::json::parse(one.out).at("series").at(0).at("taken_as").is_null());
+  ASSERT_EQ(run_program("phantom coronary --format xa-views --views 0/0,40/0 --spacing 0.6 -o '" +
+                        folder / "two" + "'")
+                .exit_code,
+            0);
+  const ProgramResult two = run_program("inspect '" + folder / "two/xa_views" + "'");
+  EXPECT_EQ(two.exit_code, 0);
+  EXPECT_EQ(two.out.find("refused"), std::string::npos) << two.out;
+  EXPECT_NE(two.out.find("usable by `angio run`: view 2"), std::string::npos) << two.out;
+}
+
 TEST(CommandLine, FullOrClosedStreamsEndNoRunByASignal) {
   const auto exit_code = [](const std::string& words) {
     const int status = std::system((std::string("'") + ANGIO_PROGRAM + "' " + words).c_str());

@@ -231,6 +231,11 @@ TEST_F(OneNumber, GainAndRecoilAreDifferencesOfIt) {
   EXPECT_LT(over, 2.5 * number("peak", "contact_gap_mm"));
 }
 
+TEST_F(OneNumber, CanBeDrivenLive) {
+  const ProgramResult live = run_program("live '" + root_.string() + "' --seconds 0.2");
+  EXPECT_TRUE(live.exit_code == 0 || live.exit_code == 69) << live.error;  // 69: no display
+}
+
 TEST_F(OneNumber, IsTheReports) {
   const std::string page = file_text(root_ / "report/index.html");
   const auto mm = [&](const char* group) {

@@ -20,6 +20,7 @@ using test::json_of;
 using test::ProgramResult;
 using test::run_program;
 using testing::HasSubstr;
+using testing::Not;
 
 class RotationalRuns : public testing::Test {
  protected:
@@ -178,6 +179,9 @@ TEST_F(RotationalRuns, AreInspectedForWhatTheyCanGive) {
               HasSubstr("makes a volume of: X-Ray Angiographic Image Storage, 120 frames, "
                         "with its mask run"));
   EXPECT_THAT(text.out, HasSubstr("expected: radii to about 0.03 mm"));  // pixels of 0.3 mm
+  EXPECT_THAT(text.out, HasSubstr("usable by `angio run`: a rotational run"));
+  EXPECT_THAT(text.out, Not(HasSubstr("refused")));
+  EXPECT_EQ(text.exit_code, 0);
   const json told = json::parse(run_program("inspect --json '" + input + "'").out);
   EXPECT_EQ(told.at("reconstruction").at("frames"), 120);
   EXPECT_TRUE(told.at("reconstruction").at("subtracted"));

@@ -9,11 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "core/atomic_file.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
+#include "testing/temporary_folder.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/chart_labels.hpp"
 #include "viewer/detail/report_charts.hpp"
+#include "viewer/sweep_plot.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -128,6 +131,39 @@ std::array<double, 2> place_of(const std::string& drawing, const std::string& wo
   EXPECT_NE(end, std::string::npos) << words;
   const auto y = drawing.find("y=\"", start + 9);
   return {std::stod(drawing.substr(start + 9)), std::stod(drawing.substr(y + 3))};
+}
+
+TEST(SweepPlot, HasNoLegendForOneCurveAndNoTrendInNoise) {
+  const angio::test::TemporaryFolder folder;
+  const auto drawn = [&](const std::vector<double>& percent, const std::string& label) {
+    write_sweep_plot(folder / "a.svg", "pressure [atm]",
+                     {{"recoil [%]", {{label, {6.0, 8.0, 10.0}, percent}}}});
+    return read_text(folder / "a.svg");
+  };
+  const auto keys = [](const std::string& svg) {  // short lines at the top are the legend's
+    std::size_t count = 0;
+    for (std::size_t i = svg.find("x1=\"62.0\" y1=\"18.0\" x2=\"84.0\""); i != std::string::npos;
+         i = svg.find("x1=\"62.0\" y1=\"18.0\" x2=\"84.0\"", i + 1))
+      ++count;
+    return count;
+  };
+  EXPECT_EQ(keys(drawn({20.0, 25.0, 30.0}, "")), 0u);
+  EXPECT_EQ(keys(drawn({20.0, 25.0, 30.0}, "3 mm")), 1u);
+  // The heights of the marks on paper: noise of 0.2 points is a tenth of an axis of two points.
+  const auto height = [](const std::string& svg) {
+    double low = 1e9, high = -1e9;
+    for (std::size_t i = svg.find(" cy=\""); i != std::string::npos;
+         i = svg.find(" cy=\"", i + 1)) {
+      const double y = std::stod(svg.substr(i + 5));
+      low = std::min(low, y);
+      high = std::max(high, y);
+    }
+    return high - low;
+  };
+  const double noise = height(drawn({24.9, 25.0, 25.1}, "")),
+               trend = height(drawn({20.0, 25.0, 30.0}, ""));
+  EXPECT_GT(noise, 0.0);
+  EXPECT_LT(noise, 0.12 * trend);
 }
 
 TEST(Svg, NamesThatDoNotFitBesideEachOtherGoToTheNextRow) {

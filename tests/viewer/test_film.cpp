@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "testing/viewer/case_folder.hpp"
 #include "testing/viewer/shapes.hpp"
+#include "viewer/detail/film_file.hpp"
 #include "viewer/film.hpp"
 
 namespace angio::viewer {
@@ -79,6 +80,16 @@ TEST_P(Film, IsReadBackWithEveryPictureAndTheBalloonWiderAtPeak) {
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEveryKind, Film, testing::Values(".mp4", ".avi", ".ogv"));
+
+TEST(FilmRefusal, NamesTheFileThatWasAskedFor) {
+  const TemporaryFolder folder;
+  try {
+    const detail::FilmFile film(folder / "none/.a.tmp-7.ogv", folder / "none/a.ogv", 160, 120, 25);
+    FAIL();
+  } catch (const IoError& error) {
+    EXPECT_NE(std::string(error.what()).find("none/a.ogv"), std::string::npos) << error.what();
+  }
+}
 
 TEST(FilmRefusal, NamesTheEndingsThatWorkAndLeavesNothing) {
   const TemporaryFolder folder;

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
+#include <vtkActorCollection.h>
 #include <vtkCommand.h>
+#include <vtkProperty.h>
 #include <vtkRenderWindowInteractor.h>
 
 #include <chrono>
@@ -18,6 +20,7 @@
 #include "viewer/detail/offscreen.hpp"
 #include "viewer/window/closing_signals.hpp"
 #include "viewer/window/live_window.hpp"
+#include "viewer/window/scene_view.hpp"
 
 namespace angio::viewer::window {
 namespace {
@@ -118,6 +121,26 @@ TEST_F(LiveWindowTest, KeysInflateMoveHoldAndLetDown) {
   window_->press("Left");
   wait_for_aim();
   EXPECT_LT(changed(start, window_->picture()), 200) << "all is as it was";
+}
+
+TEST_F(LiveWindowTest, NoRingMarksAPlaceThatNobodyChose) {
+  const detail::CaseData data = detail::read_case(folder_.path());
+  const TreatedLine line = read_treated_line(folder_.path(), data);
+  SceneView scene(data, line, nullptr);
+  const auto rings_seen = [&] {
+    int count = 0;
+    vtkActorCollection* actors = scene.renderer()->GetActors();
+    actors->InitTraversal();
+    while (vtkActor* actor = actors->GetNextActor()) {
+      const auto* color = actor->GetProperty()->GetColor();
+      const bool is_yellow = color[0] > 0.9 && color[1] > 0.8 && color[2] < 0.3;
+      count += is_yellow && actor->GetVisibility() != 0 ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_EQ(rings_seen(), 0);
+  scene.set_cursor(line.start_mm());
+  EXPECT_EQ(rings_seen(), 1);
 }
 
 TEST_F(LiveWindowTest, AimsStayWithinTheirRanges) {

@@ -7,11 +7,13 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "formats/text.hpp"
 #include "testing/viewer/png.hpp"
 #include "testing/viewer/report_content.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/detail/case_headline.hpp"
 #include "viewer/detail/picture.hpp"
+#include "viewer/detail/section_slider.hpp"
 #include "viewer/detail/tables.hpp"
 #include "viewer/report.hpp"
 
@@ -332,9 +334,66 @@ TEST(Cards, TellBoundsOfAThroatThatIsNarrowerThanAVoxel) {
   EXPECT_TRUE(has(cards, "≥ 81 → 44 %"));
   EXPECT_TRUE(has(cards, "&lt; 1.00 → 2.90 mm"));
   EXPECT_TRUE(has(cards, "&lt; 0.79 → 6.80 mm²"));
-  EXPECT_TRUE(has(cards, "narrower than a voxel"));
+  EXPECT_TRUE(has(cards, "narrower than the image"));
   EXPECT_FALSE(has(cards, "0.57"));
   EXPECT_FALSE(has(cards, "0.10 to 0.30"));
+}
+
+TEST(Report, TheSlidersFirstSectionIsWhereTheMldIsMarked) {
+  ReportContent content = make_report_content();
+  content.lesion_abscissa_mm += 0.4;  // of the image; the simulated wall is narrowest elsewhere
+  const auto& profile = content.before;
+  const auto narrowest =
+      std::min_element(profile.inscribed_diameter_mm.begin(), profile.inscribed_diameter_mm.end());
+  const std::string mld = formats::fixed_text(*narrowest, 2);
+  const detail::Metrics metrics(R"({"lesion":{"mld_mm":)" + std::to_string(*narrowest) + "}}");
+  const std::string slider = detail::section_slider(content, metrics);
+  EXPECT_TRUE(has(slider.substr(slider.find("id=\"section-text\"")),
+                  "0.0 mm from the narrowest place. Diameter before " + mld))
+      << slider.substr(slider.find("id=\"section-text\""), 200);
+}
+
+TEST(Report, TheSolversChartsComeAfterTheResults) {
+  const TemporaryFolder folder;
+  write_report(folder.path(), make_report_content());
+  const std::string page = read_text(folder / "index.html");
+  const auto solver = page.find("<h2>Solver</h2>");
+  ASSERT_NE(solver, std::string::npos);
+  EXPECT_GT(solver, page.find("<h2>Images</h2>"));
+  for (const char* chart : {"Corrections by friction", "Penetration of the surfaces"})
+    EXPECT_GT(page.find(chart), solver) << chart;
+  EXPECT_LT(page.find("<h3>Diameters</h3>"), solver);
+  EXPECT_TRUE(has(page, "Pink: the wall"));
+}
+
+TEST(Report, TheTitleNamesTheStenosissPlace) {
+  const detail::Metrics metrics(
+      R"({"lesion":{"centerline_id":4,"abscissa_mm":29.4,"diameter_stenosis_percent":60.2}})");
+  EXPECT_EQ(detail::case_headline(metrics, "volume"),
+            "Scan: stenosis of 60 % on line 4, 29 mm from the inlet");
+}
+
+TEST(Cards, TellABalloonThatDoesNotFillTheLumenFromContactsGap) {
+  // Between a balloon of 3 mm and what it touches: a gap of 0.05 mm on both sides, and facets of
+  // two meshes with edges of 0.3 mm, 4 * 0.3^2 / (8 * 1.5) = 0.03 mm.
+  const auto told = [](double lumen_mm) {
+    return detail::headline(detail::Metrics(
+        R"({"status":"done","lesion":{"mld_mm":1.0},"result":{"mld_mm":2.5},
+            "peak":{"contact_gap_mm":0.05,"mld_mm":)" +
+        std::to_string(lumen_mm) +
+        R"(},"balloon":{"peak_diameter_mm":3.0},"mesh":{"mean_edge_mm":0.3}})"));
+  };
+  EXPECT_TRUE(has(told(3.12), "(0.12 mm more than the balloon: contact"));
+  EXPECT_FALSE(has(told(3.12), "does not fill"));
+  EXPECT_TRUE(has(told(3.14), "(the balloon does not fill the lumen: it is 0.14 mm narrower)"));
+  EXPECT_FALSE(has(told(3.14), "more than the balloon"));
+  EXPECT_FALSE(has(told(3.01), " mm more"));
+}
+
+TEST(Metrics, EveryKeyOfAWallIsOneRow) {
+  const std::string tables =
+      detail::Metrics(R"({"wall":{"model":"layered","over_strength_percent":12.5}})").tables();
+  EXPECT_EQ(count(tables, "<tr>"), 2u);
 }
 
 TEST(Cards, CallThePressuresRatioFractionalFlowReserveInCoronaryArteriesAlone) {
@@ -375,13 +434,26 @@ TEST(Report, EveryStenosisIsARowInTheOrderGiven) {
   EXPECT_TRUE(has(table, ">3.00<"));
   EXPECT_TRUE(has(table, "–"));
   EXPECT_FALSE(has(table, "<script"));
-  const std::string coarse = detail::lesion_table(
-      R"([{"mld_mm": 0.1, "diameter_stenosis_percent": 95, "reference_diameter_mm": 2.0}])", 0.5);
-  EXPECT_TRUE(has(coarse, "&lt; 0.50"));
-  EXPECT_TRUE(has(coarse, "&gt; 75"));
   EXPECT_TRUE(has(detail::lesion_table("[]"), "No stenosis"));
   EXPECT_EQ(detail::lesion_table(""), "");
   EXPECT_THROW(detail::lesion_table("{"), InputError);
+}
+
+TEST(Report, AStenosisBelowItsOwnVoxelsIsARowOfBounds) {
+  // Of a voxel of 1 mm in a vessel of 5: 80 % of the diameter, 1 - 1/25 of the area.
+  const std::string table = detail::lesion_table(
+      R"([{"mld_mm":0.583,"mla_mm2":0.466,"reference_diameter_mm":5.0,"resolution_mm":1.0,
+           "mld_below_resolution":true,"stenosis_at_least_percent":80.0,
+           "diameter_stenosis_percent":88.6,"area_stenosis_percent":97.7},
+          {"mld_mm":1.491,"mla_mm2":3.66,"reference_diameter_mm":4.3,"resolution_mm":1.0,
+           "mld_below_resolution":false,"stenosis_at_least_percent":null,
+           "diameter_stenosis_percent":65.6,"area_stenosis_percent":75.1}])");
+  for (const char* bound : {"<td>&lt; 1.00<", "<td>&lt; 0.79<", "<td>≥ 80.0<", "<td>≥ 96.0<"})
+    EXPECT_TRUE(has(table, bound)) << bound;
+  for (const char* measured : {"0.58", "0.47", "88.6", "97.7"})
+    EXPECT_FALSE(has(table, measured)) << measured;
+  for (const char* measured : {">1.49<", ">3.66<", ">65.6<", ">75.1<"})
+    EXPECT_TRUE(has(table, measured)) << measured;
 }
 
 TEST(Report, DamagedMetricsAreRefusedByName) {

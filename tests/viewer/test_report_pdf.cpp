@@ -111,6 +111,12 @@ TEST(ReportPdf, SaysWhatThePageSays) {
     EXPECT_THAT(text, HasSubstr(part));
 }
 
+TEST(ReportPdf, HasTheReportsTitle) {
+  EXPECT_NE(report_pdf(page(), "0123abcd", "1").find("/Title (A & B, case 0123abcd)"),
+            std::string::npos);
+  EXPECT_NE(report_pdf(page(), "A & B", "1").find("/Title (A & B)"), std::string::npos);
+}
+
 TEST(ReportPdf, IsTheSameBytesEachTime) {
   EXPECT_EQ(report_pdf(page(), "A", "1"), report_pdf(page(), "A", "1"));
 }

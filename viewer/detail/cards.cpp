@@ -74,15 +74,25 @@ std::string agreement(const Metrics& metrics, const char* range_key, int decimal
   return ", two runs within " + formats::fixed_text(apart, decimals) + unit;
 }
 
-/// By how much the lumen at peak is wider than the balloon in it: contact keeps a gap, and what is
-/// round touches along the edges of its mesh.
+/// By how much a lumen that the balloon fills is wider than the balloon: contact keeps a gap on
+/// both sides, and of two round surfaces that touch along the edges of their meshes each lies up to
+/// edge^2 / (8 radius) inside its circle, on both sides too.
+double most_beyond_balloon(const Metrics& metrics, double balloon_mm) {
+  const double gap = metrics.number("peak", "contact_gap_mm").value_or(0.0),
+               edge = metrics.number("mesh", "mean_edge_mm").value_or(0.0);
+  return 2.0 * gap + edge * edge / balloon_mm;
+}
+
+/// By how much the lumen at peak is wider than the balloon in it, and why.
 std::string beyond_balloon(const Metrics& metrics) {
   constexpr double kWorthSaying = 0.02;  // mm
   const auto lumen = metrics.number("peak", "mld_mm"),
              balloon = metrics.number("balloon", "peak_diameter_mm");
-  if (!lumen || !balloon || *lumen - *balloon < kWorthSaying) return {};
-  return " (" + formats::fixed_text(*lumen - *balloon, 2) +
-         " mm more than the balloon: contact's gap, and the meshes' edges)";
+  if (!lumen || !balloon || *balloon <= 0.0 || *lumen - *balloon < kWorthSaying) return {};
+  const std::string beyond = formats::fixed_text(*lumen - *balloon, 2);
+  if (*lumen - *balloon > most_beyond_balloon(metrics, *balloon))
+    return " (the balloon does not fill the lumen: it is " + beyond + " mm narrower)";
+  return " (" + beyond + " mm more than the balloon: contact's gap, and the meshes' edges)";
 }
 
 /// Nothing where no place was looked at.
@@ -111,8 +121,9 @@ std::string flow_card(const Metrics& metrics) {
                       formats::fixed_text((*ends)[1], 2)
                 : std::string();
   };
-  std::string detail = is_measured ? range("before ", "ffr_before_range")
-                                   : "before not known: the throat is narrower than a voxel";
+  std::string detail = is_measured
+                           ? range("before ", "ffr_before_range")
+                           : "before not known: the throat is narrower than the image's voxels";
   if (is_told) detail += range(", after ", "ffr_after_range");
   if (!is_coronary(metrics))
     return card(value, "Pressure behind the lesion, estimated",
@@ -166,8 +177,8 @@ std::string headline_cards(const Metrics& metrics) {
                   agreement(metrics, "acute_gain_range_mm", 3, " mm") +
                   (bound(metrics, "mld_mm", 2).empty()
                        ? ""
-                       : ". Before, the throat is narrower than a voxel: it is not measured, and "
-                         "the gain not certain"));
+                       : ". Before, the throat is narrower than the image's voxels: it is not "
+                         "measured, and the gain not certain"));
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
               "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
   out += flow_card(metrics);

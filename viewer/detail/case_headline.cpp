@@ -25,16 +25,18 @@ std::string balloon_words(const Metrics& metrics) {
          " mm balloon";
 }
 
-/// "stenosis of 60 % on line 1"; empty: the metrics tell of none.
+/// "stenosis of 60 % on line 1, 29 mm from the inlet"; empty: the metrics tell of none.
 std::string lesion_words(const Metrics& metrics) {
   const auto least = metrics.number("lesion", "stenosis_at_least_percent"),
              percent = metrics.number("lesion", "diameter_stenosis_percent"),
-             line = metrics.number("lesion", "centerline_id");
+             line = metrics.number("lesion", "centerline_id"),
+             place = metrics.number("lesion", "abscissa_mm");
   if (!least && !percent) return {};
   const std::string size =
       least ? "at least " + formats::fixed_text(*least, 0) : formats::fixed_text(*percent, 0);
   return "stenosis of " + size + " %" +
-         (line ? " on line " + formats::fixed_text(*line, 0) : std::string());
+         (line ? " on line " + formats::fixed_text(*line, 0) : std::string()) +
+         (place ? ", " + formats::fixed_text(*place, 0) + " mm from the inlet" : std::string());
 }
 
 }  // namespace

@@ -114,6 +114,10 @@ Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<d
   if (chart.y_from_zero) y.add(0.0);
   if (x.high - x.low <= 0.0) x.high = x.low + 1.0;
   if (y.high - y.low <= 0.0) y.high = y.low + 1.0;
+  if (const double lack = chart.y_least_span - (y.high - y.low); lack > 0.0) {
+    y.low -= 0.5 * lack;
+    y.high += 0.5 * lack;
+  }
   x_ticks = round_ticks(x.low, x.high, std::clamp(chart.width / 90, 3, 8));
   constexpr double kHeadroom = 1.08;  // for the names of the bands
   const bool is_named = std::any_of(chart.bands.begin(), chart.bands.end(),

@@ -46,9 +46,10 @@ struct Chart {
   std::vector<double> x_ticks = {};  ///< ascending; empty: round numbers
   std::string dashed_means = {};     ///< of the series that are not in the legend; empty: nothing
   bool y_from_zero = true;
-  int width = 760;           ///< [px]
-  int height = 280;          ///< [px]
-  bool tells_values = true;  ///< under the mouse
+  double y_least_span = 0.0;  ///< of the y axis, so that noise looks like none
+  int width = 760;            ///< [px]
+  int height = 280;           ///< [px]
+  bool tells_values = true;   ///< under the mouse
 };
 
 /// The chart as an inline SVG element with axes, legend and hover titles; it scales with the page

@@ -71,12 +71,13 @@ FilmKind film_kind(const fs::path& film) {
                                    "in .mp4, .avi or .ogv");
 }
 
-FilmFile::FilmFile(const fs::path& file, int width, int height, int pictures_per_second)
-    : file_(file) {
+FilmFile::FilmFile(const fs::path& file, const fs::path& name, int width, int height,
+                   int pictures_per_second)
+    : file_(file), name_(name) {
   const FilmKind kind = film_kind(file);
   const bool was_there = fs::exists(file);
   if (!std::ofstream(file, std::ios::app))
-    throw IoError("cannot write " + file.string() +
+    throw IoError("cannot write " + name.string() +
                       " (no such folder, or no permission). Choose another place",
                   ExitCode::cannot_create);
   if (kind == FilmKind::ogv) {
@@ -102,7 +103,7 @@ void FilmFile::add(const Picture& picture) { encoder_->add(picture); }
 void FilmFile::close() {
   std::error_code error;
   if (!encoder_->close() || fs::file_size(file_, error) == 0 || error)
-    throw IoError("cannot write the film. Is the disk full?");
+    throw IoError("cannot write " + name_.string() + ". Is the disk full?");
 }
 
 }  // namespace angio::viewer::detail

@@ -20,10 +20,12 @@ FilmKind film_kind(const std::filesystem::path& film);
 class FilmFile {
  public:
   /// @param file  its ending tells the kind
+  /// @param name  of the file in messages
   /// @param width, height  [pixel], even
   /// @param pictures_per_second  [1/s], > 0
   /// @throws Error (69) where no codec is installed for that kind, naming the endings that work
-  FilmFile(const std::filesystem::path& file, int width, int height, int pictures_per_second);
+  FilmFile(const std::filesystem::path& file, const std::filesystem::path& name, int width,
+           int height, int pictures_per_second);
   ~FilmFile();
   FilmFile(const FilmFile&) = delete;
   FilmFile& operator=(const FilmFile&) = delete;
@@ -33,7 +35,7 @@ class FilmFile {
   void close();
 
  private:
-  std::filesystem::path file_;
+  std::filesystem::path file_, name_;
   std::unique_ptr<FilmEncoder> encoder_;
 };
 

@@ -58,7 +58,10 @@ margin:0 4px 0 8px}
 .charts{display:grid;gap:18px;grid-template-columns:repeat(auto-fit,minmax(min(430px,100%),1fr))}
 .tables{display:grid;gap:22px;grid-template-columns:repeat(auto-fit,minmax(min(330px,100%),1fr));
 align-items:start}
-.wide{overflow-x:auto}
+.wide{overflow-x:auto;background:linear-gradient(90deg,var(--paper) 30%,transparent) 0 0/44px 100% local,
+linear-gradient(270deg,var(--paper) 30%,transparent) 100% 0/44px 100% local,
+linear-gradient(90deg,#80808080,transparent) 0 0/12px 100% scroll,
+linear-gradient(270deg,#80808080,transparent) 100% 0/12px 100% scroll;background-repeat:no-repeat}
 .key{display:inline-block;width:22px;height:3px;vertical-align:middle;margin:0 5px 0 12px}
 table{border-collapse:collapse;width:100%;font-size:14px}
 th,td{border-bottom:1px solid var(--line);padding:4px 6px;vertical-align:top}

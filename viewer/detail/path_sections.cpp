@@ -72,20 +72,24 @@ double shown_reach(const ReportContent& content, const CenterlinePath& path) {
   return reach;
 }
 
-std::vector<double> places_around_lesion(const ReportContent& content, const CenterlinePath& path,
-                                         int count) {
+std::vector<double> places_around(const ReportContent& content, const CenterlinePath& path,
+                                  double middle_mm, int count) {
   const double reach = shown_reach(content, path);
-  const double lesion =
-      std::clamp(content.lesion_abscissa_mm, path.abscissa.front(), path.abscissa.back());
-  const double first = std::max(path.abscissa.front(), lesion - reach);
-  const double last = std::min(path.abscissa.back(), lesion + reach);
+  const double place = std::clamp(middle_mm, path.abscissa.front(), path.abscissa.back());
+  const double first = std::max(path.abscissa.front(), place - reach);
+  const double last = std::min(path.abscissa.back(), place + reach);
   std::vector<double> places;
   const int middle = count / 2;
   for (int i = 0; i < count; ++i) {
     const double part = double(i - middle) / middle;  // -1 to 1
-    places.push_back(lesion + part * (part < 0.0 ? lesion - first : last - lesion));
+    places.push_back(place + part * (part < 0.0 ? place - first : last - place));
   }
   return places;
+}
+
+std::vector<double> places_around_lesion(const ReportContent& content, const CenterlinePath& path,
+                                         int count) {
+  return places_around(content, path, content.lesion_abscissa_mm, count);
 }
 
 std::vector<PathSection> path_sections(const ReportContent& content, const CenterlinePath& path,

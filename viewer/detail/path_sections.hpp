@@ -22,7 +22,12 @@ double widest_near(const CenterlinePath& path, double abscissa_mm, double reach_
 /// otherwise three of the widest radii near the lesion [mm].
 double shown_reach(const ReportContent& content, const CenterlinePath& path);
 
-/// Abscissas over that reach, ascending, the lesion's in the middle. @param count  odd, 3 or more
+/// Abscissas over that reach around a place, ascending, the place in the middle.
+/// @param count  odd, 3 or more
+std::vector<double> places_around(const ReportContent& content, const CenterlinePath& path,
+                                  double middle_mm, int count);
+
+/// The same around the lesion.
 std::vector<double> places_around_lesion(const ReportContent& content, const CenterlinePath& path,
                                          int count);
 

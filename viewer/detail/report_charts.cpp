@@ -49,10 +49,17 @@ struct Stretch {
   double last = std::numeric_limits<double>::infinity();
 };
 
-/// The number of the metrics, at the place of the profile that has it.
-void add_mld_mark(Chart& chart, const DiameterProfile& profile, std::optional<double> mld_mm,
-                  const Stretch& lesion, const std::string& when, int color) {
-  if (!mld_mm) return;
+Stretch treated_stretch(const Metrics& metrics) {
+  Stretch lesion;
+  lesion.first = metrics.number("lesion", "treated_first_mm").value_or(lesion.first);
+  lesion.last = metrics.number("lesion", "treated_last_mm").value_or(lesion.last);
+  return lesion;
+}
+
+/// Where the profile comes nearest to the number, in the stretch.
+std::optional<double> place_of(const DiameterProfile& profile, std::optional<double> mld_mm,
+                               const Stretch& lesion) {
+  if (!mld_mm) return std::nullopt;
   const auto& diameter = profile.inscribed_diameter_mm;
   const std::size_t count = std::min(diameter.size(), profile.abscissa_mm.size());
   const auto away = [&](std::size_t i) {
@@ -66,9 +73,15 @@ void add_mld_mark(Chart& chart, const DiameterProfile& profile, std::optional<do
   std::size_t place = count;
   for (std::size_t i = 0; i < count; ++i)
     if (std::isfinite(diameter[i]) && (place == count || nearer(i, place))) place = i;
-  if (place == count) return;
-  chart.marks.push_back({profile.abscissa_mm[place], *mld_mm,
-                         "MLD " + when + " " + formats::fixed_text(*mld_mm, 2) + " mm", color});
+  return place == count ? std::nullopt : std::optional(profile.abscissa_mm[place]);
+}
+
+/// The number of the metrics, at the place of the profile that has it.
+void add_mld_mark(Chart& chart, const DiameterProfile& profile, std::optional<double> mld_mm,
+                  const Stretch& lesion, const std::string& when, int color) {
+  if (const auto place = place_of(profile, mld_mm, lesion))
+    chart.marks.push_back(
+        {*place, *mld_mm, "MLD " + when + " " + formats::fixed_text(*mld_mm, 2) + " mm", color});
 }
 
 struct Line {
@@ -111,6 +124,10 @@ std::vector<double> column(const TimeSeries& series, const std::string& name) {
   return values;
 }
 
+std::optional<double> mld_place(const DiameterProfile& before, const Metrics& metrics) {
+  return place_of(before, metrics.number("lesion", "mld_mm"), treated_stretch(metrics));
+}
+
 Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
   Chart chart;
   chart.title = "Diameter along the vessel";
@@ -121,9 +138,7 @@ Chart diameter_chart(const ReportContent& content, const Metrics& metrics) {
   add_profile(chart, content.before, "before", 1);
   add_profile(chart, content.after, "after", 2);
   add_profile(chart, content.peak, "at peak", 3);
-  Stretch lesion;
-  lesion.first = metrics.number("lesion", "treated_first_mm").value_or(lesion.first);
-  lesion.last = metrics.number("lesion", "treated_last_mm").value_or(lesion.last);
+  const Stretch lesion = treated_stretch(metrics);
   add_mld_mark(chart, content.before, metrics.number("lesion", "mld_mm"), lesion, "before", 1);
   add_mld_mark(chart, content.after, metrics.number("result", "mld_mm"), lesion, "after", 2);
   add_mld_mark(chart, content.peak, metrics.number("peak", "mld_mm"), lesion, "at peak", 3);
@@ -221,15 +236,17 @@ Chart pressure_diameter_chart(const ReportContent& content, const Metrics& metri
 }
 
 std::vector<Chart> time_charts(const TimeSeries& series) {
-  std::vector<Chart> charts{
-      time_chart(series, "Balloon pressure", "pressure [atm]", {{"pressure_atm", "pressure"}}),
-      time_chart(series, "Diameters", "diameter [mm]",
-                 {{"balloon_diameter_mm", "balloon at the lesion"},
-                  {"lumen_mld_mm", "minimal lumen diameter"}}),
-      time_chart(series, "Balloon volume", "volume [mm³]", {{"balloon_volume_mm3", "volume"}}),
-      time_chart(series, "Contacts", "count", {{"contact_count", "contacts"}}),
-      time_chart(series, "Penetration of the surfaces", "depth [mm]",
-                 {{"max_penetration_mm", "deepest penetration"}})};
+  return {time_chart(series, "Balloon pressure", "pressure [atm]", {{"pressure_atm", "pressure"}}),
+          time_chart(series, "Diameters", "diameter [mm]",
+                     {{"balloon_diameter_mm", "balloon at the lesion"},
+                      {"lumen_mld_mm", "minimal lumen diameter"}}),
+          time_chart(series, "Balloon volume", "volume [mm³]", {{"balloon_volume_mm3", "volume"}}),
+          time_chart(series, "Contacts", "count", {{"contact_count", "contacts"}})};
+}
+
+std::vector<Chart> solver_charts(const TimeSeries& series) {
+  std::vector<Chart> charts{time_chart(series, "Penetration of the surfaces", "depth [mm]",
+                                       {{"max_penetration_mm", "deepest penetration"}})};
   for (Chart& chart : correction_charts(series)) charts.push_back(std::move(chart));
   return charts;
 }

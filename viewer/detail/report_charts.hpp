@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,19 @@ Chart flow_chart(const ReportContent& content, const Metrics& metrics);
 /// chart, with the peak and the rated burst pressure. No series without pressure and diameter.
 Chart pressure_diameter_chart(const ReportContent& content, const Metrics& metrics);
 
-/// Pressure, diameters, volume, contact, penetration and corrections over time, as far as the
-/// columns are there; the phases are marked.
+/// Pressure, diameters, volume and contacts over time, as far as the columns are there; the phases
+/// are marked.
 std::vector<Chart> time_charts(const TimeSeries& series);
+
+/// The same of what tells of the solver: penetration and corrections.
+std::vector<Chart> solver_charts(const TimeSeries& series);
 
 /// The position corrections by friction and adhesion, the seed paper's Figures 7, 9, 11 and 12.
 std::vector<Chart> correction_charts(const TimeSeries& series);
+
+/// Where a profile has the narrowest place before, as it is marked: in the treated stretch, where
+/// it comes nearest to the MLD of the metrics [mm]. Nothing without an MLD or a profile.
+std::optional<double> mld_place(const DiameterProfile& before, const Metrics& metrics);
 
 /// A column as numbers; what is no number becomes NaN. Empty if there is no such column.
 std::vector<double> column(const TimeSeries& series, const std::string& name);

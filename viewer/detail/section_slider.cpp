@@ -7,6 +7,7 @@
 #include "formats/text.hpp"
 #include "viewer/detail/grey_window.hpp"
 #include "viewer/detail/path_sections.hpp"
+#include "viewer/detail/report_charts.hpp"
 #include "viewer/page_scripts.hpp"
 
 namespace angio::viewer::detail {
@@ -77,10 +78,11 @@ std::string diameter_at(const DiameterProfile& profile, double abscissa_mm) {
   return formats::fixed_text(diameter, 2);
 }
 
+/// @param narrowest_mm  the place of the MLD before
 std::string place_text(const ReportContent& content, const std::vector<LumenAt>& moments,
-                       double abscissa_mm) {
+                       double narrowest_mm, double abscissa_mm) {
   std::string text = formats::fixed_text(abscissa_mm, 1) + " mm from the inlet, " +
-                     formats::fixed_text(abscissa_mm - content.lesion_abscissa_mm, 1) +
+                     formats::fixed_text(abscissa_mm - narrowest_mm, 1) +
                      " mm from the narrowest place.";
   if (content.before.abscissa_mm.empty()) return text;
   text += " Diameter";
@@ -107,7 +109,9 @@ std::string drawing(const ReportContent& content, const std::vector<PathSection>
            formats::base64(png_bytes(scan_strip(*content.volume, sections))) + "\"/>";
   for (std::size_t i = 0; i < sections.size(); ++i) {
     out += std::string("<g") + (i == shown ? "" : " display=\"none\"") + " data-text=\"" +
-           formats::escape_html(place_text(content, moments, sections[i].abscissa_mm)) + "\">";
+           formats::escape_html(
+               place_text(content, moments, sections[shown].abscissa_mm, sections[i].abscissa_mm)) +
+           "\">";
     for (const LumenAt& moment : moments) out += contour_paths(moment, sections[i].window);
     out += "</g>";
   }
@@ -118,11 +122,12 @@ std::string drawing(const ReportContent& content, const std::vector<PathSection>
 
 }  // namespace
 
-std::string section_slider(const ReportContent& content) {
+std::string section_slider(const ReportContent& content, const Metrics& metrics) {
   const CenterlinePath* path = lesion_path(content);
   if (!path || content.lumen.triangles.empty()) return {};
+  const double narrowest = mld_place(content.before, metrics).value_or(content.lesion_abscissa_mm);
   const std::vector<PathSection> sections =
-      path_sections(content, *path, places_around_lesion(content, *path, kPlaces));
+      path_sections(content, *path, places_around(content, *path, narrowest, kPlaces));
   const std::vector<LumenAt> moments = moments_of(content, sections);
   std::string key;
   for (const LumenAt& moment : moments)
@@ -135,8 +140,9 @@ std::string section_slider(const ReportContent& content) {
          "<input type=\"range\" id=\"section-place\" min=\"0\" max=\"" +
          std::to_string(kPlaces - 1) + "\" value=\"" + shown +
          "\"></label></p>\n<p><output id=\"section-text\" for=\"section-place\">" +
-         formats::escape_html(
-             place_text(content, moments, sections[sections.size() / 2].abscissa_mm)) +
+         formats::escape_html(place_text(content, moments,
+                                         sections[sections.size() / 2].abscissa_mm,
+                                         sections[sections.size() / 2].abscissa_mm)) +
          "</output></p></figcaption></figure>\n<script>" + kSectionScript + "</script>\n";
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
 
@@ -133,8 +134,6 @@ constexpr std::array kWordings{
     Wording{"working_view.primary_limit_degrees", "RAO / LAO looked at, up to", "°", 0},
     Wording{"working_view.secondary_limit_degrees", "CAU / CRA looked at, up to", "°", 0},
     Wording{"working_view.reason", "Not told, because", "", 0},
-    Wording{"wall.model", "Wall's model", "", 0},
-    Wording{"wall.over_strength_percent", "Wall over its strength", "%", 1},
     Wording{"simulation.mean_sweeps", "Sweeps a step, mean", "", 1},
     Wording{"simulation.worst_residual", "Worst residual", "", 3},
     Wording{"simulation.worst_contact_pressure_ratio",
@@ -188,6 +187,15 @@ constexpr std::array kWordings{
     Wording{"stage.seconds", "Time", "s", 1},
     Wording{"stage.peak_memory_mib", "Peak memory", "MiB", 0},
 };
+
+/// One listed twice would be two rows.
+constexpr bool every_key_is_listed_once() {
+  for (std::size_t i = 0; i < kWordings.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (std::string_view(kWordings[i].key) == kWordings[j].key) return false;
+  return true;
+}
+static_assert(every_key_is_listed_once());
 
 constexpr std::array<std::array<const char*, 2>, 8> kGroupTitles{
     {{"lesion", "Lesion, before"},
@@ -403,26 +411,30 @@ std::string Metrics::tables() const {
 
 namespace {
 
-/// A lesion's value; a lumen narrower than a voxel is seen, but not measured.
-std::string lesion_value(const ordered_json& lesion, const Wording& column, double voxel_mm) {
+/// A lesion's value, or its bound where the throat is narrower than a voxel: seen, not measured.
+std::string lesion_value(const ordered_json& lesion, const Wording& column) {
   const std::string key = column.key;
   if (!lesion.contains(key)) return "–";
   const auto number = [&](const char* name) {
     return lesion.contains(name) && lesion[name].is_number() ? lesion[name].get<double>() : 0.0;
   };
-  if (lesion.contains("mld_mm") && number("mld_mm") < voxel_mm) {
-    if (key == "mld_mm") return "< " + formats::fixed_text(voxel_mm, column.decimals);
-    if (key == "mla_mm2" || key == "area_stenosis_percent") return "–";
-    const double reference = number("reference_diameter_mm");
-    if (key == "diameter_stenosis_percent" && reference > voxel_mm)
-      return "> " + formats::fixed_text(100.0 * (1.0 - voxel_mm / reference), 0);
+  const auto bound = [&](const char* sign, double value) {
+    return sign + formats::fixed_text(value, column.decimals);
+  };
+  const double voxel = number("resolution_mm"), least = number("stenosis_at_least_percent");
+  if (lesion.value("mld_below_resolution", ordered_json()) == true && voxel > 0.0) {
+    if (key == "mld_mm") return bound("< ", voxel);
+    if (key == "mla_mm2") return bound("< ", 0.25 * units::kPi * voxel * voxel);
+    if (key == "diameter_stenosis_percent") return bound("≥ ", least);
+    // As the area goes with the square of the diameter.
+    if (key == "area_stenosis_percent") return bound("≥ ", least * (2.0 - 0.01 * least));
   }
   return value_text(lesion[key], column.decimals);
 }
 
 }  // namespace
 
-std::string lesion_table(const std::string& json, double voxel_mm) {
+std::string lesion_table(const std::string& json) {
   if (json.empty()) return {};
   const ordered_json lesions = ordered_json::parse(json, nullptr, false);
   if (!lesions.is_array())
@@ -450,10 +462,12 @@ std::string lesion_table(const std::string& json, double voxel_mm) {
   for (std::size_t i = 0; i < lesions.size(); ++i) {
     body += "<tr><th scope=\"row\">" + std::to_string(i + 1) + "</th>";
     for (const Wording& column : kColumns)
-      body += "<td>" + formats::escape_html(lesion_value(lesions[i], column, voxel_mm)) + "</td>";
+      body += "<td>" + formats::escape_html(lesion_value(lesions[i], column)) + "</td>";
     body += "</tr>";
   }
-  return "<div class=\"table wide\"><table>" + body +
+  return "<p class=\"sub on-narrow\">The table is wider than the page: move it sideways to see all "
+         "columns.</p>\n<div class=\"table wide\"><table>" +
+         body +
          "</table></div>\n<p class=\"sub\">Of the image; what is simulated is measured on its "
          "wall.</p>"
          "\n";

@@ -45,10 +45,9 @@ std::string status_notice(const Metrics& metrics);
 /// of one without a lesion, the trial as such.
 std::string headline(const Metrics& metrics);
 
-/// The stenoses as one HTML table, a row each, the most severe first. Empty for an empty text.
-/// @param voxel_mm  of the scan; a narrower lumen is told as such, not as a number; 0: no scan
-/// @throws InputError if it is no JSON array
-std::string lesion_table(const std::string& json, double voxel_mm = 0.0);
+/// The stenoses as one HTML table, a row each, the most severe first; bounds where a throat is
+/// narrower than a voxel. Empty for an empty text. @throws InputError if it is no JSON array
+std::string lesion_table(const std::string& json);
 
 /// The run as HTML: version, backend and so on, and a row per stage where run.json tells of them.
 /// Empty for an empty text. @throws InputError if it is no JSON object

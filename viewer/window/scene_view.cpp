@@ -133,7 +133,7 @@ SceneView::SceneView(const detail::CaseData& data, const TreatedLine& line, cons
   cursor_->GetProperty()->SetColor(1.0, 0.86, 0.2);
   cursor_->GetProperty()->SetLineWidth(3.0f);
   cursor_->GetProperty()->LightingOff();
-  cursor_->SetVisibility(line.exists() ? 1 : 0);
+  cursor_->VisibilityOff();  // until it has a place
   renderer_->AddActor(cursor_);
   if (scan) {
     slice_mapper_->SetInputData(scan->image);
@@ -290,6 +290,7 @@ void SceneView::set_clipping(vtkPlane* plane) {
 }
 
 void SceneView::set_cursor(double abscissa_mm) {
+  cursor_->VisibilityOn();
   const CenterlineSample place_on_line = sample(line_.path, abscissa_mm);
   const Vec3& point = place_on_line.point;
   const Vec3& normal = place_on_line.tangent;
