@@ -7,8 +7,9 @@
 // that is measured on the simulation is in the tables: of the lesion, the balloon, the peak, the
 // result, the flow and the wall; not those that no mesh touches (inputs, and what the image says).
 //
-// The difference is in the number's own unit where that is a percentage (points), else in per cent
-// of the larger of the two. Exit codes: 0 done, 64 usage, 65 a folder is no case.
+// The difference is in the number's own unit where that is a percentage (points) or an
+// eccentricity, else in per cent of the larger of the two. Exit codes: 0 done, 64 usage, 65 a
+// folder is no case.
 
 #include <algorithm>
 #include <cmath>
@@ -60,6 +61,8 @@ void read_case(const fs::path& given, Cases& cases) {
 }
 
 bool is_percentage(const std::string& path) { return path.find("percent") != std::string::npos; }
+/// A number between 0 and 1, near 0 as a rule.
+bool is_share(const std::string& path) { return path.find("eccentricity") != std::string::npos; }
 
 /// From one number to another; NaN where one is missing.
 double change(const std::string& path, const std::map<int, Numbers>& meshes, int from, int to) {
@@ -70,12 +73,13 @@ double change(const std::string& path, const std::map<int, Numbers>& meshes, int
     return number == mesh->second.end() ? double(NAN) : number->second;
   };
   const double a = value(from), b = value(to);
-  if (is_percentage(path) || a == b) return b - a;
+  if (is_percentage(path) || is_share(path) || a == b) return b - a;
   return 100.0 * (b - a) / std::max(std::abs(a), std::abs(b));
 }
 
 std::string shown(const std::string& path, double difference) {
   if (std::isnan(difference)) return "";
+  if (is_share(path)) return formatted("%+.3f", difference);
   return formatted("%+.2f ", difference) + (is_percentage(path) ? "points" : "%");
 }
 
@@ -153,8 +157,8 @@ int run(int argc, char** argv) {
     return 64;
   }
   results.paragraph(
-      "Columns are edges around a vessel. Differences of percentages are in points, others in per "
-      "cent of the larger number.");
+      "Columns are edges around a vessel. Differences of percentages are in points, of "
+      "eccentricities as they are, others in per cent of the larger number.");
   add_summary(cases, results);
   for (const auto& [name, meshes] : cases) add_case(name, meshes, results);
   results.write();
