@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "centerline/detail/healthy_line.hpp"
+#include "core/statistics.hpp"
 
 namespace angio::centerline {
 namespace {
@@ -155,6 +157,21 @@ FieldBranch cut_into_cells(const CenterlinePath& path, const Branch& branch,
   return field;
 }
 
+/// Takes the thread in which a line ends out of what the healthy width is told by: the last cells
+/// while they are under a third as wide as the median of the branch, by length. Counted in its own
+/// diameters a thread of a few mm is as long as the vessel before it.
+void leave_out_thread(FieldBranch& branch) {
+  constexpr double kThread = 1.0 / 3.0;
+  if (!branch.daughters.empty()) return;
+  std::vector<std::pair<double, double>> widths;
+  for (const FieldCell& cell : branch.cells)
+    if (cell.weight > 0.0) widths.emplace_back(cell.log_diameter, cell.length_mm);
+  if (widths.empty()) return;
+  const double most = weighted_quantile(std::move(widths), 0.5) + std::log(kThread);
+  for (std::size_t c = branch.cells.size(); c-- > 0 && branch.cells[c].log_diameter < most;)
+    branch.cells[c].weight = 0.0;
+}
+
 /// The standard deviation of normal errors whose magnitudes these are, by their lower quartile: up
 /// to half of them may be no errors at all.
 double deviation_of(std::vector<double> magnitudes) {
@@ -288,6 +305,7 @@ TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
     result.field_branches.push_back(
         cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
     set_spreads(result.field_branches.back(), voxel_mm);
+    leave_out_thread(result.field_branches.back());
   }
   const std::vector<std::vector<double>> lines = explain(result);
   for (std::size_t b = 0; b < result.branches.size(); ++b) {

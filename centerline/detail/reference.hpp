@@ -30,7 +30,8 @@ struct TreeReference {
 /// which finds the healthy tree that explains most of them. Through the cells that agree with it
 /// runs, on each branch, a local straight line in ln(diameter) (robust local regression: Cleveland,
 /// J. Am. Stat. Assoc. 74(368), 1979, doi:10.1080/01621459.1979.10481038), which is the reference.
-/// Where no cell agrees, it is the field's own value.
+/// Where no cell agrees, it is the field's own value. A thread in which a line ends, under a third
+/// as wide as the branch, tells nothing of it.
 ///
 /// Lengths count in diameters of the vessel around, so nothing changes when a tree is scaled. What
 /// tracts with `blanking` hide is not measured.

@@ -206,6 +206,27 @@ TEST(LesionLaws, CoarseTrianglesOfVoxelsShowWhatLabelsDo) {
   EXPECT_FALSE(lesions_of_coarse_wall(0.7, 0.5, 1.6)[0].is_stenosis);
 }
 
+TEST(LesionLaws, AThreadAtTheEndIsNotWhatTheVesselIsHealthyAs) {
+  // So ragged that no width is its own; the thread behind it is even, and in its own diameters
+  // long.
+  const auto ragged = [](double s) {
+    return 2.6 * std::exp(0.3 * (std::sin(0.55 * s) + std::sin(0.23 * s + 1.0)));
+  };
+  for (const double voxel : {0.0, 0.24, 0.4}) {
+    LesionOptions options;
+    options.voxel_mm = voxel;
+    options.abscissa_mm = 100.0;
+    const auto reference = [&](double thread_mm) {
+      const auto diameter = [&](double s) { return s < 200.0 ? ragged(s) : 0.45; };
+      return find_lesions(tree_of({line_of(diameter, 200.0 + thread_mm)}), options)
+          .front()
+          .reference_diameter_mm;
+    };
+    EXPECT_GT(reference(0.0), 1.5) << voxel;
+    EXPECT_NEAR(reference(15.0), reference(0.0), 0.3 * reference(0.0)) << voxel;
+  }
+}
+
 TEST(LesionLaws, BesideALumenThatIsNoTubeANarrowingIsToldApart) {
   // Behind the throat sections are as flat as a vein (2 to 1), or as an organ's rind (4 to 1).
   const auto diameter = [](double s) { return 4.0 * narrowed(s, 25.0, 7.0, 0.7); };
