@@ -62,7 +62,6 @@ struct Findings {
   std::vector<segmentation::ViewSummary> views;
   bool has_volume = false, has_run = false, has_views = false;  ///< one can be used
 
-  [[nodiscard]] bool usable() const { return has_volume || has_run || has_views; }
   [[nodiscard]] const segmentation::ViewSummary* view_of(
       const segmentation::SeriesSummary& s) const {
     const auto found = std::find_if(views.begin(), views.end(), [&](const auto& view) {
@@ -403,8 +402,6 @@ void inspect_scan(const std::string& input, const Config& config, bool as_json) 
     if (forecast) print_forecast(*forecast);
     print_views(findings.views);
   }
-  if (!findings.usable())
-    throw InputError("nothing in " + input + " can be used, for the reasons in the list");
 }
 
 }  // namespace
