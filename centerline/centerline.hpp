@@ -92,8 +92,8 @@ LumenProfile without_disproved(const LumenProfile& seen);
 /// The program's one minimal lumen diameter and area: over the profile's places between two
 /// abscissas of the treated path, or over the place nearest to them where there is none.
 struct Tightest {
-  double mld_mm = 0.0;   ///< twice the least inscribed radius
-  double mla_mm2 = 0.0;  ///< the least section area
+  double mld_mm = 0.0;           ///< twice the least inscribed radius
+  double mla_mm2 = 0.0;          ///< the least section area
   double mla_abscissa_mm = 0.0;  ///< where that is
 };
 /// Between two abscissas [mm]. @throws InputError if the profile is empty

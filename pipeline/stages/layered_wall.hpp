@@ -35,8 +35,8 @@ void write_wall_frame(const std::filesystem::path& file, const simulation::Layer
 /// Of metrics.json: the share of the wall that has reached its strength, and for each region that
 /// the wall has, stress at the peak [kPa] and what plastic strain stays. Of the wedges' values; the
 /// 99th percentile, as single corners peak. Of what the balloon touches at the peak stress and
-/// largest principal log strain (from the wall as it was imaged) have quantiles by volume; null where
-/// it touches nothing of a region.
+/// largest principal log strain (from the wall as it was imaged) have quantiles by volume; null
+/// where it touches nothing of a region.
 nlohmann::json wall_summary(const simulation::LayeredWall& wall,
                             const simulation::SimulationFrame& peak,
                             const simulation::SimulationFrame& last);
