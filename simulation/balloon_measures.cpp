@@ -35,7 +35,8 @@ SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>&
 }
 
 double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& balloon) {
-  if (model.guidewire.size() < 2) return 0.0;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (model.guidewire.size() < 2) return kNone;
   const Vec3 along = normalized(model.guidewire.back() - model.guidewire.end()[-2]);
   double sum = 0.0;
   int count = 0;
@@ -44,7 +45,7 @@ double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& ball
     sum += dot(along, balloon[v] - model.balloon.vertices[v]);
     ++count;
   }
-  return count > 0 ? sum / count : 0.0;
+  return count > 0 ? sum / count : kNone;
 }
 
 double dogboning_percent(const SimulationFrame& frame) {

@@ -25,7 +25,7 @@ inline constexpr double kKinkDegrees = 120.0;
 SharpestFold sharpest_fold(const TriangleMesh& balloon, const std::vector<char>& fixed);
 
 /// How far the distal neck has slid along the wire since the start [mm]: the mean over its vertices
-/// of t . (x - x0), t the direction in which the guidewire ends. 0 where nothing slides.
+/// of t . (x - x0), t the direction in which the guidewire ends. NaN where nothing slides.
 ///
 /// @param balloon  positions, shape [balloon vertex]
 double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& balloon);

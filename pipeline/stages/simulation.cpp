@@ -83,9 +83,7 @@ json balloon_json(const simulation::BalloonMaterial& membrane,
              "(balloon.length_mm) or another place",
              project(path, fold.place), fold.angle_degrees)});
   return {{"material", membrane.name},
-          {"elongation_mm", model.balloon_sliding.empty()
-                                ? json()
-                                : json(simulation::elongation_mm(model, peak.balloon))},
+          {"elongation_mm", finite_or_null(simulation::elongation_mm(model, peak.balloon))},
           {"below_chart_mm", finite_or_null(charted - peak.balloon_diameter_mm)},
           {"dogboning_percent", finite_or_null(simulation::dogboning_percent(peak))},
           {"kinked", is_kinked},
