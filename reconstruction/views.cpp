@@ -76,7 +76,8 @@ constexpr double kPoorPart = 0.6;
 
 std::string doubt_of(const std::vector<double>& explained_parts) {
   const auto least = std::min_element(explained_parts.begin(), explained_parts.end());
-  if (*least >= kPoorPart) return {};
+  const bool is_checked = explained_parts.size() > 2;  // a third view shows what two have made up
+  if (is_checked || *least >= kPoorPart) return {};
   return fmt::format(
       "the vessels of the views are not determined: they explain {:.0f} % of the lines of view {} "
       "(bones, catheter, or vessels that no second view shows), so that lines may be joined that "
