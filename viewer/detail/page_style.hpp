@@ -26,7 +26,7 @@ border-radius:4px;margin:14px 0}
 .cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(290px,100%),1fr));gap:12px;
 margin:18px 0}
 .card{background:var(--panel);border:1px solid var(--line);border-radius:8px;padding:13px 16px}
-.card .value{font-size:23px;font-weight:650;white-space:nowrap}
+.card .value{font-size:23px;font-weight:650}
 .card .label{font-weight:600}
 .card .detail{color:var(--soft);font-size:13.5px}
 .trial{border:1px dashed var(--soft);border-radius:8px;padding:8px 14px 2px;margin:18px 0}
