@@ -52,14 +52,14 @@ CaseStatus case_status(const StageFiles& files, const RunRecord& record) {
   if (!record.is(Stage::meshing, "done") || !files.exists(kPlacement)) return {};
   const nlohmann::json placement = read_json(files.path(kPlacement));
   CaseStatus found{placement.value("status", "done"), placement.value("status_reason", "")};
+  if (const std::string doubt = doubt_of_vessels(files, record); !doubt.empty())
+    found = {"not_determined", doubt};
   if (!placement.contains("balloon")) return found;
   if (record.is(Stage::simulation, "skipped")) {
     found.reason += "; it gives no result there (the simulation's warning says why)";
     return found;
   }
   if (!record.is(Stage::simulation, "done")) return {};
-  if (const std::string doubt = doubt_of_vessels(files, record); !doubt.empty())
-    return {"not_determined", doubt};
   if (found.status != "done" || !files.exists(kSummary)) return found;
   const std::string reason = read_json(files.path(kSummary)).value("guard_reason", "");
   return reason.empty() ? found : CaseStatus{"not_determined", reason};

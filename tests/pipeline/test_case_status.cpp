@@ -97,6 +97,13 @@ TEST(CaseStatus, OfViewsThatDoNotTellTheirVesselsIsNotDetermined) {
   EXPECT_EQ(views.status().reason, "31 % explained");
   EXPECT_EQ(quality(R"({"doubt": null})").status, "done");
   EXPECT_EQ(quality(R"({"method": "fdk"})").status, "done");
+  // Nor is it certain then that there is no stenosis.
+  DoneCase healthy(R"({"status": "no_lesion", "status_reason": "none was found"})");
+  healthy.set(Stage::reconstruction, "done");
+  EXPECT_EQ(healthy.status().status, "no_lesion");
+  write_text_atomically(healthy.root / "reconstruction/quality.json", R"({"doubt": "31 %"})");
+  EXPECT_EQ(healthy.status().status, "not_determined");
+  EXPECT_EQ(healthy.status().reason, "31 %");
 }
 
 TEST(Run, DoesNotTreatANarrowVesselUnasked) {
