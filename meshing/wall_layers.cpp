@@ -21,6 +21,7 @@ using detail::WallColumn;
 constexpr double kGoodShape = 0.05;    // of a wedge, see untangle
 constexpr double kLeastShape = 0.02;   // a worse one is drawn out where the wall is widened
 constexpr double kLeastShare = 0.25;   // of the wanted way outward; none is made shorter
+constexpr double kLeastToBear = 0.1;   // of it, for layers at all
 constexpr double kLimitedShare = 0.9;  // of the wanted thickness; less is told
 
 /// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
@@ -226,6 +227,17 @@ void drop_islands(const TriangleMesh& mesh, const std::vector<char>& is_rim,
     if (piece[t] >= 0 && !keep[std::size_t(piece[t])]) marked[t] = 0;
 }
 
+/// Marks the triangles at columns that could not bear the blood, whatever has limited them: a wall
+/// of the share s of its thickness h = 0.6 R has the hoop stress p R / (s h), at 13 kPa and one
+/// twentieth the 0.4 MPa at which it flows without end; it would burst in the first frames.
+void mark_bursting(const WallLayers& wall, const TriangleMesh& lumen,
+                   const std::vector<WallColumn>& columns, std::vector<char>& wrong) {
+  for (std::size_t t = 0; t < wrong.size(); ++t)
+    for (const int v : lumen.triangles[t])
+      if (length_of(wall, std::size_t(v)) < kLeastToBear * wanted_length(columns[std::size_t(v)]))
+        wrong[t] = 1;
+}
+
 /// Leaves out the wedges over wrong triangles and over those that share a vertex with them, and
 /// what is an island then: columns that no wedge is left of are led.
 void leave_out(WallLayers& wall, const TriangleMesh& lumen, const std::vector<char>& wrong) {
@@ -262,6 +274,7 @@ void warn_of_limits(WallLayers& wall, const std::vector<WallColumn>& columns) {
   std::size_t limited = 0, worst = 0;
   double least_share = 1.0;
   for (std::size_t v = 0; v < count; ++v) {
+    if (wall.led[v] != 0) continue;
     const double share = length_of(wall, v) / wanted_length(columns[v]);
     if (share < kLimitedShare) ++limited;
     if (share >= least_share) continue;
@@ -324,7 +337,8 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
   std::vector<double> least_length;
   for (const WallColumn& column : columns)
     least_length.push_back(kLeastShare * wanted_length(column));
-  const auto wrong = detail::untangle(wall, region.mesh, kGoodShape, kLeastShape, least_length);
+  auto wrong = detail::untangle(wall, region.mesh, kGoodShape, kLeastShape, least_length);
+  mark_bursting(wall, region.mesh, columns, wrong);
   leave_out(wall, region.mesh, wrong);
   if (wall.wedges.empty())
     throw InputError(

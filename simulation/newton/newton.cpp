@@ -30,9 +30,10 @@ class Minimizer::Loop {
     pressure_ = enclosure_.control == Enclosure::Control::pressure ? enclosure_.target
                                                                    : enclosure_.pressure_start;
     double enough = options_.tolerance, before = 0.0;
+    is_clamped_ = false;
     for (;; ++result.iterations) {
       set_gas_pressure(enclosed(enclosure_.triangles, x));
-      system_.assemble(terms_, x, pressure_, factor_serves_ ? Part::gradient : Part::all);
+      system_.assemble(terms_, x, pressure_, factor_serves_ ? Part::gradient : matrix());
       result.residual = residual();
       if (result.iterations == 0) enough = std::max(enough, options_.reduction * result.residual);
       result.converged = result.residual <= enough;
@@ -47,7 +48,7 @@ class Minimizer::Loop {
           if (move(x)) continue;
           factor_serves_ = false;
         }
-        system_.assemble(terms_, x, pressure_, Part::all);
+        system_.assemble(terms_, x, pressure_, matrix());
       }
       if (!find_step(x) || !move(x)) break;
     }
@@ -101,13 +102,16 @@ class Minimizer::Loop {
     pressure_step_ = 0.0;
   }
 
+  [[nodiscard]] Part matrix() const { return is_clamped_ ? Part::all_clamped : Part::all; }
+
   // The step of the free unknowns, with the matrix changed until it describes a minimum.
   bool find_step(const std::vector<Vec3>& x) {
     if (try_shift(0.0)) {
       factor_serves_ = options_.reuse > 0.0 && !is_coupled();
       return true;
     }
-    system_.assemble(terms_, x, pressure_, Part::all_clamped);
+    if (!is_clamped_) system_.assemble(terms_, x, pressure_, Part::all_clamped);
+    is_clamped_ = options_.reduction > 0.0;
     for (double shift = std::max(kFirstShift, 0.1 * last_shift_); shift < kLastShift; shift *= 10.0)
       if (try_shift(shift)) {
         last_shift_ = shift;
@@ -183,6 +187,9 @@ class Minimizer::Loop {
   const Enclosure& enclosure_;
   NewtonSystem system_;
   bool factor_serves_ = false;  // that of the last step
+  // A run that is rough (NewtonOptions::reduction) and has met no minimum does not look for one
+  // again: half of its factorisations were in vain.
+  bool is_clamped_ = false;
   double pressure_ = 0.0, pressure_step_ = 0.0, penalty_ = 0.0, last_shift_ = 0.0;
   Eigen::VectorXd step_, by_pressure_;
 };

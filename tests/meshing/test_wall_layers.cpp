@@ -292,20 +292,31 @@ TEST(WallLayers, OfAVesselWithoutALineGoByItsOwnWidth) {
   EXPECT_GT(seen, 20);
 }
 
-TEST(WallLayers, OfTwoNearVesselsShareTheRoomBetweenThem) {
-  const double radius = 1.5, gap = 0.5, apart = 2.0 * radius + gap;
-  TriangleMesh both = tests::make_tube(radius, 10.0, 24, 16);
-  const std::size_t half = both.vertices.size();
-  const TriangleMesh one = both;
-  for (const Vec3& p : one.vertices) both.vertices.push_back(p + Vec3{apart, 0.0, 0.0});
+/// Two straight tubes side by side, and their lines.
+struct NearVessels {
+  TriangleMesh both;
+  CenterlineTree tree;
+};
+
+NearVessels near_vessels(double radius, double gap) {
+  const double apart = 2.0 * radius + gap;
+  NearVessels near{tests::make_tube(radius, 10.0, 24, 16), straight_line(radius, -5.0, 15.0)};
+  const TriangleMesh one = near.both;
+  const int half = int(one.vertices.size());
+  for (const Vec3& p : one.vertices) near.both.vertices.push_back(p + Vec3{apart, 0.0, 0.0});
   for (const Triangle& t : one.triangles)
-    both.triangles.push_back({t[0] + int(half), t[1] + int(half), t[2] + int(half)});
-  CenterlineTree tree = straight_line(radius, -5.0, 15.0);
-  tree.paths.push_back(straight_line(radius, -5.0, 15.0).paths[0]);
-  tree.paths[1].id = 1;
-  for (Vec3& p : tree.paths[1].points) p.x += apart;
-  const ContactRegion region = region_of(both);
-  const WallLayers wall = build_wall_layers(region, tree, {}, {});
+    near.both.triangles.push_back({t[0] + half, t[1] + half, t[2] + half});
+  near.tree.paths.push_back(near.tree.paths[0]);
+  near.tree.paths[1].id = 1;
+  for (Vec3& p : near.tree.paths[1].points) p.x += apart;
+  return near;
+}
+
+TEST(WallLayers, OfTwoNearVesselsShareTheRoomBetweenThem) {
+  const double radius = 1.5, gap = 0.5;
+  const NearVessels near = near_vessels(radius, gap);
+  const ContactRegion region = region_of(near.both);
+  const WallLayers wall = build_wall_layers(region, near.tree, {}, {});
   expect_sound(wall, region);
   EXPECT_EQ(std::count(wall.led.begin(), wall.led.end(), 1), 0);
   const auto count = std::size_t(wall.lumen_vertex_count);
@@ -313,8 +324,29 @@ TEST(WallLayers, OfTwoNearVesselsShareTheRoomBetweenThem) {
     const Vec3& outside = wall.vertices[wall.vertices.size() - count + v];
     if (std::abs(outside.y) > 0.3) continue;
     const double past = outside.x - (radius + 0.5 * gap);  // the middle between them
-    EXPECT_LT(v < half ? past : -past, 0.01);
+    EXPECT_LT(v < count / 2 ? past : -past, 0.01);
   }
+}
+
+TEST(WallLayers, AreNowhereSoThinThatTheBloodBurstsThem) {
+  const double radius = 1.5, wanted = radius * (kOuter - 1.0), gap = 0.1 * wanted;
+  const NearVessels near = near_vessels(radius, gap);
+  const ContactRegion region = region_of(near.both);
+  const WallLayers wall = build_wall_layers(region, near.tree, {}, {});
+  expect_sound(wall, region);
+  const auto count = std::size_t(wall.lumen_vertex_count);
+  int led = 0;
+  for (std::size_t v = 0; v < count; ++v) {
+    const Vec3& outside = wall.vertices[wall.vertices.size() - count + v];
+    const double thickness = distance(outside, wall.vertices[v]);
+    if (wall.led[v] == 0) EXPECT_GE(thickness, 0.1 * wanted - 1e-9) << "vertex " << v;
+    const bool is_between = std::abs(wall.vertices[v].y) < 0.1 &&
+                            std::abs(wall.vertices[v].x - radius - 0.5 * gap) < gap;
+    if (is_between) EXPECT_NE(wall.led[v], 0) << "vertex " << v;
+    led += wall.led[v];
+  }
+  EXPECT_GT(led, 0);
+  EXPECT_LT(led, int(count) / 3);
 }
 
 TEST(WallLayers, OfNothingAreAnInputError) {
