@@ -161,6 +161,7 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
   EndOpener opener(whole, tips);
   std::string joined;
   std::string closed;
+  std::size_t joined_count = 0;
   for (std::size_t e = 0; e < ends.size(); ++e) {
     if (std::find(draft.rim.begin(), draft.rim.end(), int(e)) != draft.rim.end()) continue;
     EndOpener::Cut cut = opener.best_cut(planes_to_try(tree, ends[e]), ends[e].radius, int(e));
@@ -168,10 +169,17 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
       draft.rim_planes[e] = cut.plane;
       opener.plan(std::move(cut));
     } else {
-      std::string& list = cut.verdict == EndOpener::Verdict::no_end ? joined : closed;
+      const bool goes_on = cut.verdict == EndOpener::Verdict::no_end;
+      if (goes_on) ++joined_count;
+      std::string& list = goes_on ? joined : closed;
       list += (list.empty() ? "" : ", ") + name_of_end(int(e)) + place_in_words(ends[e].tip);
     }
   }
+  if (joined_count == ends.size())
+    throw InputError(
+        "the lumen has no end: wherever a line ends it goes on (a closed ring, which no blood "
+        "enters "
+        "or leaves, and no vessel). Give one with an inlet and an outlet, or cut the ring open");
   opener.apply(draft.mesh, draft.rim);
   if (!joined.empty())
     warnings.push_back(

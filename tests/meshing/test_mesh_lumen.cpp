@@ -332,6 +332,13 @@ TEST(LumenMeshing, AnEmptyLevelSetIsAnInputError) {
   EXPECT_THROW(mesh_lumen(vessel.level_set, vessel.tree, {}), InputError);
 }
 
+TEST(LumenMeshing, AClosedRingIsAnInputError) {
+  const test::Vessel ring = test::make_arc(1.5, 6.0, 2.0 * std::numbers::pi - 0.05, 0.3);
+  EXPECT_THROW(mesh_lumen(ring.level_set, ring.tree, {}), InputError);
+  const test::Vessel almost = test::make_arc(1.5, 6.0, 2.0 * std::numbers::pi - 1.2, 0.3);
+  EXPECT_NO_THROW(mesh_lumen(almost.level_set, almost.tree, {}));
+}
+
 TEST(LumenMeshing, ATreeWithoutLinesIsAnInputError) {
   const auto vessel = test::make_tube(5.0, 0.5, [](double) { return 1.0; });
   EXPECT_THROW(mesh_lumen(vessel.level_set, CenterlineTree{}, {}), InputError);
