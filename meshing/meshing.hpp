@@ -140,7 +140,7 @@ struct Balloon {
 struct ContactRegion {
   TriangleMesh mesh;              ///< open; oriented as the lumen (normals leave the lumen)
   std::vector<int> lumen_vertex;  ///< index in the open lumen mesh, shape [vertex_count]
-  std::vector<char> fixed;        ///< boundary vertices, which do not move
+  std::vector<char> fixed;        ///< do not move: on the boundary, and far from the balloon
   std::vector<double> abscissa;   ///< of the nearest point of the lesion's path [mm]
   std::vector<int> group;         ///< GroupIds of the branch the vertex belongs to
 };

@@ -233,16 +233,17 @@ struct ClosedRegion {
   air_mesh::GapBoundary gap;
 };
 
-/// Holds the wall that the balloon does not move: what is further from its axis than kReach radii,
-/// of the balloon or of the lumen around it, whichever is wider. Sections that keep clear of forks,
-/// and branches that fork again and again, take in far more wall than gives way.
+/// Holds the wall that is further from the balloon's axis than kReach radii, of the full balloon or
+/// of the lumen around it, whichever is wider. Sections that keep clear of forks, and branches that
+/// fork again and again, take in wall that hardly gives way.
 ///
-/// A tube that is pushed apart at one place comes back with e^(-x / l) along it,
+/// A tube that is pushed apart at one place comes back within the envelope e^(-x / l) along it,
 ///
-///     l = sqrt(R h) / (3 (1 - nu^2))^(1/4) = 0.7 of the lumen's radius
+///     l = sqrt(R h) / (3 (1 - nu^2))^(1/4) = 0.7 r
 ///
-/// for its middle surface R, nu = 1/2, and the thickest wall here, h = 0.6 of the lumen's radius:
-/// two of these from the balloon's side 6 % are left.
+/// for its middle surface R = 1.3 r, the default wall h = 0.6 r of a lumen of the radius r, and
+/// nu = 1/2: at the distance 2 r from the balloon's side 6 % is left. The bending of the whole
+/// vessel reaches further, but the region's sections are as near to the poles as that, too.
 ///
 /// Source: Timoshenko, Woinowsky-Krieger, Theory of plates and shells, 1959, section 114
 void hold_far_wall(ContactRegion& region, const CenterlinePath& path, double first_pole,
@@ -334,7 +335,8 @@ BalloonSetup place_balloon(const LumenMesh& lumen, const CenterlineTree& tree,
   detail::extend_wire(path, 0.5 * plan.rest_radius, setup.balloon);
 
   progress.report(0.3, "contact region");
-  ClosedRegion closed = find_region(lumen, tree, path, setup.balloon, plan.rest_radius);
+  ClosedRegion closed = find_region(lumen, tree, path, setup.balloon,
+                                    std::max(plan.rest_radius, 0.5 * plan.nominal_diameter));
   setup.region = std::move(closed.region);
 
   progress.report(0.6, "air mesh");

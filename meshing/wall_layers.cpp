@@ -18,11 +18,11 @@ namespace {
 
 using detail::WallColumn;
 
-constexpr double kGoodShape = 0.05;    // of a wedge, see untangle
-constexpr double kLeastShape = 0.02;   // a worse one is drawn out where the wall is widened
-constexpr double kLeastShare = 0.25;   // of the wanted way outward; none is made shorter
-constexpr double kLeastToBear = 0.1;   // of it, for layers at all
-constexpr double kLimitedShare = 0.9;  // of the wanted thickness; less is told
+constexpr double kGoodShape = 0.05;   // of a wedge, see untangle
+constexpr double kLeastShape = 0.02;  // a worse one is drawn out where the wall is widened
+constexpr double kLeastShare = 0.25;  // of the wanted way outward; untangling shortens none further
+constexpr double kLeastHold = 1.0 / 3.0;  // of a vertex's angle, that must have layers
+constexpr double kLimitedShare = 0.9;     // of the wanted thickness; less is told
 
 /// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
 /// innermost of the intima, so that every column has as many.
@@ -227,19 +227,40 @@ void drop_islands(const TriangleMesh& mesh, const std::vector<char>& is_rim,
     if (piece[t] >= 0 && !keep[std::size_t(piece[t])]) marked[t] = 0;
 }
 
-/// Marks the triangles at columns that could not bear the blood, whatever has limited them: a wall
-/// of the share s of its thickness h = 0.6 R has the hoop stress p R / (s h), at 13 kPa and one
-/// twentieth the 0.4 MPa at which it flows without end; it would burst in the first frames.
-void mark_bursting(const WallLayers& wall, const TriangleMesh& lumen,
-                   const std::vector<WallColumn>& columns, std::vector<char>& wrong) {
-  for (std::size_t t = 0; t < wrong.size(); ++t)
-    for (const int v : lumen.triangles[t])
-      if (length_of(wall, std::size_t(v)) < kLeastToBear * wanted_length(columns[std::size_t(v)]))
-        wrong[t] = 1;
+double angle_at(const TriangleMesh& mesh, const Triangle& t, std::size_t corner) {
+  const Vec3& at = mesh.vertices[std::size_t(t[corner])];
+  const Vec3 a = mesh.vertices[std::size_t(t[(corner + 1) % 3])] - at,
+             b = mesh.vertices[std::size_t(t[(corner + 2) % 3])] - at;
+  return std::atan2(norm(cross(a, b)), dot(a, b));
+}
+
+/// Unmarks the triangles at vertices, off the rims, that hang by less than kLeastHold of their
+/// angle. Blood presses on all the triangles around a vertex; a column in the tip of a flap beside
+/// a place without layers carries that by one or two wedges, which yield without end.
+void trim_flaps(const TriangleMesh& mesh, const std::vector<char>& is_rim,
+                std::vector<char>& marked) {
+  std::vector<double> whole(mesh.vertices.size(), 0.0);
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) whole[std::size_t(t[k])] += angle_at(mesh, t, k);
+  for (bool is_trimmed = true; is_trimmed;) {
+    is_trimmed = false;
+    std::vector<double> held(mesh.vertices.size(), 0.0);
+    for (std::size_t t = 0; t < marked.size(); ++t)
+      if (marked[t])
+        for (std::size_t k = 0; k < 3; ++k)
+          held[std::size_t(mesh.triangles[t][k])] += angle_at(mesh, mesh.triangles[t], k);
+    for (std::size_t t = 0; t < marked.size(); ++t) {
+      if (!marked[t]) continue;
+      for (const int v : mesh.triangles[t])
+        if (!is_rim[std::size_t(v)] && held[std::size_t(v)] < kLeastHold * whole[std::size_t(v)])
+          marked[t] = 0;
+      is_trimmed = is_trimmed || !marked[t];
+    }
+  }
 }
 
 /// Leaves out the wedges over wrong triangles and over those that share a vertex with them, and
-/// what is an island then: columns that no wedge is left of are led.
+/// what is a flap or an island then: columns that no wedge is left of are led.
 void leave_out(WallLayers& wall, const TriangleMesh& lumen, const std::vector<char>& wrong) {
   const auto count = std::size_t(wall.lumen_vertex_count);
   std::vector<char> is_beside(count, 0), layered(wrong.size(), 1);
@@ -250,6 +271,7 @@ void leave_out(WallLayers& wall, const TriangleMesh& lumen, const std::vector<ch
     for (const int v : lumen.triangles[t])
       if (is_beside[std::size_t(v)]) layered[t] = 0;
   const std::vector<char> is_rim(wall.fixed.begin(), wall.fixed.begin() + std::ptrdiff_t(count));
+  trim_flaps(lumen, is_rim, layered);
   drop_islands(lumen, is_rim, layered);
   wall.led.assign(count, 1);
   for (std::size_t t = 0; t < layered.size(); ++t)
@@ -337,8 +359,7 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
   std::vector<double> least_length;
   for (const WallColumn& column : columns)
     least_length.push_back(kLeastShare * wanted_length(column));
-  auto wrong = detail::untangle(wall, region.mesh, kGoodShape, kLeastShape, least_length);
-  mark_bursting(wall, region.mesh, columns, wrong);
+  const auto wrong = detail::untangle(wall, region.mesh, kGoodShape, kLeastShape, least_length);
   leave_out(wall, region.mesh, wrong);
   if (wall.wedges.empty())
     throw InputError(

@@ -45,7 +45,7 @@ struct WallLayers {
   std::vector<WallTissue> tissue;  ///< shape [wedge_count]
   std::vector<Vec3> axial;         ///< unit, along the vessel away from the inlet, [wedge_count]
   std::vector<Triangle> outer_triangles;  ///< normals leave the wall
-  std::vector<char> fixed;                ///< on the region's rims, and led, shape [vertex_count]
+  std::vector<char> fixed;                ///< as the region's, and led, shape [vertex_count]
   /// Without room for layers: the column goes with its neighbours, shape [lumen_vertex_count].
   std::vector<char> led;
   int lumen_vertex_count = 0;
@@ -62,8 +62,8 @@ struct WallLayers {
 /// reference's and the healthy axis is the line's course without the lesion; elsewhere both are the
 /// line's own. Every wedge is right-handed at its six corners, and the outside does not cross
 /// itself; where that needs a thinner wall (in creases at branches), a warning says so. Where a
-/// quarter of the thickness is still too much, there are no layers and the wall is led: it
-/// goes with what is around it.
+/// quarter of the thickness is still too much, and at the tips of flaps beside such places, there
+/// are no layers and the wall is led: it goes with what is around it.
 ///
 /// Where the lumen does not lie around its lines, its own width gives the thickness.
 ///

@@ -29,8 +29,8 @@ struct LayeredWall {
   std::vector<Vec3> axial;         ///< the vessel's direction there, unit, shape [wedge]
   std::vector<Triangle> lumen_triangles;  ///< normals leave the lumen
   std::vector<Triangle> outer_triangles;  ///< normals leave the wall
-  /// Held in place: 1 all, or the sum of 2, 4, 8 along x, y, z; shape [vertex]. In a simulation the
-  /// lumen's rims stay held (SimulationModel::wall_fixed); any other column that is held here has
+  /// Held in place: 1 all, or the sum of 2, 4, 8 along x, y, z; shape [vertex]. In a simulation
+  /// what SimulationModel::wall_fixed names stays held; any other column that is held here has
   /// no sound layers, and goes with the mean displacement of its neighbours.
   std::vector<char> fixed;
 };

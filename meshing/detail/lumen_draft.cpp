@@ -175,11 +175,12 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
       list += (list.empty() ? "" : ", ") + name_of_end(int(e)) + place_in_words(ends[e].tip);
     }
   }
-  if (joined_count == ends.size())
+  if (!ends.empty() && joined_count == ends.size())
     throw InputError(
-        "the lumen has no end: wherever a line ends it goes on (a closed ring, which no blood "
-        "enters "
-        "or leaves, and no vessel). Give one with an inlet and an outlet, or cut the ring open");
+        "the lumen has no end: wherever a line ends it goes on into another vessel or into itself "
+        "(a "
+        "closed ring, or vessels that touch). Give one with an inlet and an outlet, or cut it "
+        "open");
   opener.apply(draft.mesh, draft.rim);
   if (!joined.empty())
     warnings.push_back(

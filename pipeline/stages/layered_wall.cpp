@@ -104,6 +104,13 @@ nlohmann::json touched_quantiles(const simulation::LayeredWall& wall, int region
   return told;
 }
 
+/// A wedge that no corner moves of keeps the stress that it was given.
+bool is_held(const simulation::LayeredWall& wall, std::size_t wedge) {
+  const simulation::Wedge& corners = wall.wedges[wedge];
+  return std::all_of(corners.begin(), corners.end(),
+                     [&](int v) { return wall.fixed[std::size_t(v)] != 0; });
+}
+
 }  // namespace
 
 meshing::WallLayers layer_wall(const meshing::ContactRegion& region, const CenterlineTree& tree,
@@ -191,7 +198,7 @@ nlohmann::json wall_summary(const simulation::LayeredWall& wall,
   for (int r = 0; r < simulation::kWallRegionCount; ++r) {
     std::vector<double> stress, plastic;
     for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
-      if (int(wall.region[w]) != r) continue;
+      if (int(wall.region[w]) != r || is_held(wall, w)) continue;
       stress.push_back(at_peak[w].principal_kpa);
       plastic.push_back(at_last[w].plastic_strain);
     }

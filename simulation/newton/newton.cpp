@@ -30,10 +30,9 @@ class Minimizer::Loop {
     pressure_ = enclosure_.control == Enclosure::Control::pressure ? enclosure_.target
                                                                    : enclosure_.pressure_start;
     double enough = options_.tolerance, before = 0.0;
-    is_clamped_ = false;
     for (;; ++result.iterations) {
       set_gas_pressure(enclosed(enclosure_.triangles, x));
-      system_.assemble(terms_, x, pressure_, factor_serves_ ? Part::gradient : matrix());
+      system_.assemble(terms_, x, pressure_, factor_serves_ ? Part::gradient : Part::all);
       result.residual = residual();
       if (result.iterations == 0) enough = std::max(enough, options_.reduction * result.residual);
       result.converged = result.residual <= enough;
@@ -48,7 +47,7 @@ class Minimizer::Loop {
           if (move(x)) continue;
           factor_serves_ = false;
         }
-        system_.assemble(terms_, x, pressure_, matrix());
+        system_.assemble(terms_, x, pressure_, Part::all);
       }
       if (!find_step(x) || !move(x)) break;
     }
@@ -102,16 +101,13 @@ class Minimizer::Loop {
     pressure_step_ = 0.0;
   }
 
-  [[nodiscard]] Part matrix() const { return is_clamped_ ? Part::all_clamped : Part::all; }
-
   // The step of the free unknowns, with the matrix changed until it describes a minimum.
   bool find_step(const std::vector<Vec3>& x) {
     if (try_shift(0.0)) {
       factor_serves_ = options_.reuse > 0.0 && !is_coupled();
       return true;
     }
-    if (!is_clamped_) system_.assemble(terms_, x, pressure_, Part::all_clamped);
-    is_clamped_ = options_.reduction > 0.0;
+    system_.assemble(terms_, x, pressure_, Part::all_clamped);
     for (double shift = std::max(kFirstShift, 0.1 * last_shift_); shift < kLastShift; shift *= 10.0)
       if (try_shift(shift)) {
         last_shift_ = shift;
@@ -187,9 +183,6 @@ class Minimizer::Loop {
   const Enclosure& enclosure_;
   NewtonSystem system_;
   bool factor_serves_ = false;  // that of the last step
-  // A run that is rough (NewtonOptions::reduction) and has met no minimum does not look for one
-  // again: half of its factorisations were in vain.
-  bool is_clamped_ = false;
   double pressure_ = 0.0, pressure_step_ = 0.0, penalty_ = 0.0, last_shift_ = 0.0;
   Eigen::VectorXd step_, by_pressure_;
 };

@@ -24,10 +24,8 @@ constexpr double kReduction = 0.3;     // of the imbalance, in one round
 constexpr double kReuse = 0.8;         // of it, by a step with the last factorisation
 constexpr double kLooser = 0.3;        // of the tissue's hold, each round that goes well
 constexpr double kLeastHold = 3e-3;    // of it
-constexpr double kGoodProgress = 0.8;  // of what it carries, or of the displacement, each round
+constexpr double kGoodProgress = 0.8;  // of the displacement, from round to round
 constexpr int kPatience = 8;           // rounds without any
-constexpr int kRoundsAlone = 12;       // before the tissue is asked to carry anything
-constexpr double kFewOff = 5e-3;       // of the columns, besides those that are fully held
 
 // Of a pure stretch along the vessel that keeps the volume.
 Mat3 axial_stretch(const Vec3& axial, double stretch) {
@@ -42,13 +40,8 @@ Mat3 axial_stretch(const Vec3& axial, double stretch) {
 ///
 /// The surrounding tissue carries nothing in the shape that was seen. What its springs carry in a
 /// round is therefore missing in the next: with their own stiffness the error falls as slowly as
-/// they are stiff against the wall's bending. They are there to damp: column by column their hold
-/// falls from round to round, and rises where what they carry does not fall.
-///
-/// A crease between branches bends the wrong way for the blood that presses on it: there the wall
-/// alone may have no balance, or be endless rounds away from it. When all else has come near, the
-/// tissue holds such columns with its whole stiffness, which carries the rest, as it does from then
-/// on in a simulation.
+/// they are stiff against the wall's bending. They are there to damp: their hold falls from round
+/// to round, and rises where the wall does not come nearer.
 class Prestress {
  public:
   Prestress(const LayeredWall& wall, const WallOptions& options)
@@ -57,8 +50,6 @@ class Prestress {
         model_(make_solid_model(wall, options)),
         stiffness_(model_.foundation),
         held_(stiffness_),
-        hold_(stiffness_.size(), 1.0),
-        carried_(stiffness_.size(), 0.0),
         solid_(model_),
         foundation_(held_, wall.vertices),
         enclosure_(lumen_enclosure(wall, 0.0)),
@@ -72,7 +63,7 @@ class Prestress {
   }
 
   WallSolution run() {
-    double step = kFirstStep;
+    double step = kFirstStep, last = 0.0;  // [mm]
     for (int round = 0; round < kMostRounds && step >= kLeastStep; ++round) {
       const double load = std::min(1.0, load_ + step);
       std::vector<Vec3> x = wall_.vertices;
@@ -83,13 +74,15 @@ class Prestress {
           hold_tighter();
         continue;
       }
-      const bool was_full = load_ == 1.0;
+      const bool is_full = load_ == 1.0;
       load_ = load;
       measure(x);
-      if (load == 1.0 && (out_.displacement_mm <= kClose || is_stuck() ||
-                          (round >= kRoundsAlone && is_left_to_tissue(x))))
-        break;
-      hold_each(x, was_full);
+      if (load == 1.0 && (out_.displacement_mm <= kClose || is_stuck())) break;
+      if (is_full && out_.displacement_mm > kGoodProgress * last)
+        hold_tighter();
+      else
+        hold_ = std::max(kLeastHold, kLooser * hold_);
+      last = out_.displacement_mm;
       gather(x);
       yield();
       step *= kGrowth;
@@ -112,48 +105,12 @@ class Prestress {
            kGoodProgress * out_.displacement_mm <= nearest_mm_;
   }
 
-  static double tighter(double hold) { return std::min(1.0, hold / (kLooser * kLooser)); }
-
-  void hold_tighter() {
-    for (double& hold : hold_) hold = tighter(hold);
-  }
-
-  void hold_each(const std::vector<Vec3>& x, bool may_tighten) {
-    for (std::size_t v = 0; v < x.size(); ++v) {
-      const double away = distance(x[v], wall_.vertices[v]), carried = hold_[v] * away;
-      const bool is_bad = may_tighten && away > kClose && carried > kGoodProgress * carried_[v];
-      hold_[v] = is_bad ? tighter(hold_[v]) : std::max(kLeastHold, kLooser * hold_[v]);
-      carried_[v] = carried;
-    }
-  }
-
-  // All but a few columns are near; the others are fully held, or are so in a last balance.
-  bool is_left_to_tissue(const std::vector<Vec3>& x) {
-    std::ptrdiff_t column_count = 0, loose_count = 0;
-    std::vector<double> hold = hold_;
-    for (std::size_t v = 0; v < x.size(); ++v) {
-      if (!(stiffness_[v] > 0.0)) continue;
-      ++column_count;
-      if (distance(x[v], wall_.vertices[v]) <= kClose) continue;
-      if (hold[v] < 1.0) ++loose_count;
-      hold[v] = 1.0;
-    }
-    if (double(loose_count) > kFewOff * double(column_count)) return false;
-    if (loose_count == 0) return true;
-    std::swap(hold, hold_);
-    std::vector<Vec3> last = wall_.vertices;
-    const bool is_balanced = balanced(1.0, last);
-    if (is_balanced)
-      measure(last);
-    else
-      std::swap(hold, hold_);
-    return is_balanced;
-  }
+  void hold_tighter() { hold_ = std::min(1.0, hold_ / (kLooser * kLooser)); }
 
   // Newton's method from the shape that was seen, as far as a round needs it.
   bool balanced(double load, std::vector<Vec3>& x) {
     set_memory(out_.state, model_);
-    for (std::size_t v = 0; v < held_.size(); ++v) held_[v] = hold_[v] * stiffness_[v];
+    for (std::size_t v = 0; v < held_.size(); ++v) held_[v] = hold_ * stiffness_[v];
     enclosure_.target = load * units::kPascalPerKilopascal * options_.blood_pressure_kpa;
     const NewtonResult result = newton_.run(x);
     out_.iterations += result.iterations;
@@ -205,13 +162,12 @@ class Prestress {
   SolidModel model_;
   std::vector<double> stiffness_;  // of the tissue [uN/mm], shape [vertex]
   std::vector<double> held_;       // what of it holds in this round
-  std::vector<double> hold_;       // share of the tissue's stiffness, [vertex]
-  std::vector<double> carried_;    // of it times the displacement in the last round [mm], [vertex]
   SolidTerm solid_;
   FoundationTerm foundation_;
   Enclosure enclosure_;
   Minimizer newton_;
   double load_ = 0.0;                                       // share of the pressure that is reached
+  double hold_ = 1.0;                                       // share of the tissue's stiffness
   double nearest_mm_ = std::numeric_limits<double>::max();  // under the full load
   int rounds_since_ = 0;
   WallSolution out_;

@@ -259,6 +259,33 @@ std::string vessel_name(const testing::TestParamInfo<const Case& (*)()>& vessel)
 INSTANTIATE_TEST_SUITE_P(Vessels, PlacedBalloon, testing::Values(&stenosed, &bent, &forked),
                          vessel_name);
 
+TEST(PlaceBalloon, HoldsTheWallThatIsFarFromIt) {
+  // Before a fork at so sharp an angle that the next section clear of it lies far off.
+  const Case sharp =
+      place(test::make_fork(1.5, 1.2, 14.0, 30.0, 0.15, 0.3), 8.0, 2.0, 2.0, {.length_mm = 3.0});
+  const ContactRegion& region = sharp.setup.region;
+  std::set<int> rim;
+  for (const auto& loop : boundary_loops(region.mesh)) rim.insert(loop.begin(), loop.end());
+  const auto& x = sharp.setup.balloon.start.vertices;
+  const CenterlinePath& path = sharp.vessel.tree.paths[0];
+  const double last = project(path, x.back());
+  int near = 0, far = 0;
+  for (std::size_t v = 0; v < region.mesh.vertices.size(); ++v) {
+    const double past = region.abscissa[v] - last;  // the balloon's end, along a straight trunk
+    if (rim.contains(int(v)) || past < 0.0) continue;
+    if (past < 2.0 * 1.5) {
+      EXPECT_EQ(region.fixed[v], 0) << "vertex " << v;
+      ++near;
+    }
+    if (past > 3.5 * 1.5) {
+      EXPECT_NE(region.fixed[v], 0) << "vertex " << v;
+      ++far;
+    }
+  }
+  EXPECT_GT(near, 10);
+  EXPECT_GT(far, 10);
+}
+
 TEST(PlaceBalloon, GivesTheSameBytesTwice) {
   const Case again = place(stenosed_tube(), 18.0, 8.0, 3.0);
   EXPECT_EQ(again.setup.balloon.start.vertices, stenosed().setup.balloon.start.vertices);
