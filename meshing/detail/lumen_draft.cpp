@@ -177,10 +177,8 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
   }
   if (!ends.empty() && joined_count == ends.size())
     throw InputError(
-        "the lumen has no end: wherever a line ends it goes on into another vessel or into itself "
-        "(a "
-        "closed ring, or vessels that touch). Give one with an inlet and an outlet, or cut it "
-        "open");
+        "the lumen has no end: wherever a line ends it goes on, into another vessel or into itself "
+        "(vessels that touch, or a ring). Give one with an inlet and an outlet, or cut it open");
   opener.apply(draft.mesh, draft.rim);
   if (!joined.empty())
     warnings.push_back(
