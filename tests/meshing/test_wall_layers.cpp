@@ -348,7 +348,7 @@ TEST(WallLayers, OfTwoNearVesselsShareTheRoomBetweenThem) {
   }
 }
 
-TEST(WallLayers, HaveNoFlapsAroundAPlaceWithoutRoom) {
+TEST(WallLayers, AreLeftOutWhereTwoVesselsTouchAndNowhereElse) {
   const double radius = 1.5;
   NearVessels near = near_vessels(radius, 0.1);
   // The second vessel runs across the first: they touch at one place alone, z = 5.
