@@ -14,6 +14,7 @@
 #include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "core/require.hpp"
+#include "core/statistics.hpp"
 
 namespace angio::centerline {
 
@@ -274,9 +275,31 @@ bool is_tube(const CenterlinePath& path, std::size_t i) {
          kLeastShare * std::pow(path.equivalent_radius[i], 2.0);
 }
 
+/// Where no stenosis is certain, a vessel that is thinner than its tree makes it over a long
+/// stretch is that thin by itself (behind a wide root, say): the reference is no more than the
+/// median of its own diameters within three diameters of the reference and five of its own.
+ReferenceDiameter no_wider_than_around(const Known& known) {
+  const std::vector<double>&abscissa = known.path.abscissa, &measured = known.reference.measured;
+  ReferenceDiameter own = known.reference;
+  for (std::size_t i = 0; i < abscissa.size(); ++i) {
+    if (!known.is_measured(i)) continue;
+    const double reach = std::max(3.0 * known.reference.diameter[i], 5.0 * measured[i]);
+    const auto first = std::lower_bound(abscissa.begin(), abscissa.end(), abscissa[i] - reach),
+               last = std::upper_bound(abscissa.begin(), abscissa.end(), abscissa[i] + reach);
+    std::vector<double> around;
+    for (auto at = first; at != last; ++at)
+      if (const double d = measured[std::size_t(at - abscissa.begin())]; d > 0.0)
+        around.push_back(d);
+    own.diameter[i] = std::min(own.diameter[i], median(std::move(around)));
+  }
+  return own;
+}
+
 /// The tightest place, relative to the reference, that leaves room for a balloon on both sides, in
 /// a vessel that balloons are made for, and a diameter away from branchings, if there is one.
-Lesion tightest_place(const Known& known, double min_reference_mm) {
+Lesion tightest_place(const Known& by_tree, double min_reference_mm) {
+  const ReferenceDiameter own = no_wider_than_around(by_tree);
+  const Known known{by_tree.path, by_tree.tree, own};
   const CenterlinePath& path = known.path;
   const Vessel whole{0, 0, path.points.size() - 1};
   const double length = path.abscissa.back();
@@ -319,7 +342,10 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
     }
   }
   const std::size_t at = best.value_or(middle);
-  return describe_dip(known, whole, {at, at, at});
+  Lesion place = describe_dip(known, whole, {at, at, at});
+  place.reference_tree_mm = by_tree.reference.diameter[at];
+  if (place.reference_diameter_mm < place.reference_tree_mm) place.reference_rule = "vessel";
+  return place;
 }
 
 std::size_t index_of_path(const CenterlineTree& tree, int id) {

@@ -16,4 +16,8 @@ inline constexpr double kMostResidualStenosisPercent = 30.0;
 /// frequent (489 lesions, Am Heart J, doi:10.1016/S0002-8703(07)80008-1).
 inline constexpr double kMostBalloonToArteryRatio = 1.1;
 
+/// Lumen beside the lesion at the peak over the same before: the same limit, and a tenth for what
+/// diameters of a vessel vary by themselves.
+inline constexpr double kMostWideningBeside = 1.2;
+
 }  // namespace angio::limits

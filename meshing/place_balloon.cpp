@@ -212,7 +212,9 @@ detail::ShapedBalloon shape_in_bend(BalloonPlan& plan, const Lesion& lesion, boo
   if (plan.cylinder_length < wished)
     warnings.push_back("the balloon was shortened from " + millimetres(wished) + " to " +
                        millimetres(plan.cylinder_length) +
-                       ": the vessel turns too far for a longer one");
+                       ": over a longer one the vessel turns by more than " +
+                       std::to_string(std::lround(kAngulatedDegrees)) +
+                       " degrees (balloon.length_mm asks for one all the same)");
   if (turn > kMostTurnDegrees)
     warnings.push_back("the vessel turns by " + std::to_string(std::lround(turn)) +
                        " degrees along the balloon: a real one would straighten it further than "

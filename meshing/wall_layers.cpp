@@ -21,8 +21,9 @@ using detail::WallColumn;
 constexpr double kGoodShape = 0.05;   // of a wedge, see untangle
 constexpr double kLeastShape = 0.02;  // a worse one is drawn out where the wall is widened
 constexpr double kLeastShare = 0.25;  // of the wanted way outward; untangling shortens none further
-constexpr double kLeastHold = 1.0 / 3.0;  // of a vertex's angle, that must have layers
-constexpr double kLimitedShare = 0.9;     // of the wanted thickness; less is told
+constexpr double kLeastHold = 1.0 / 3.0;   // of a vertex's angle, that must have layers
+constexpr double kMostTissueRatio = 20.0;  // of a wedge; a thinner wall is as soft as it is thin
+constexpr double kLimitedShare = 0.9;      // of the wanted thickness; less is told
 
 /// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
 /// innermost of the intima, so that every column has as many.
@@ -287,7 +288,24 @@ void leave_out(WallLayers& wall, const TriangleMesh& lumen, const std::vector<ch
   keep(wall.layer);
   keep(wall.tissue);
   keep(wall.axial);
+  keep(wall.tissue_ratio);
   keep(wall.outer_triangles);
+}
+
+/// What each wedge stands for: as much as its columns are shorter than wanted.
+void rate_tissue(WallLayers& wall, const std::vector<WallColumn>& columns) {
+  constexpr double kRounding = 1e-9;
+  std::vector<double> ratio;
+  for (std::size_t v = 0; v < columns.size(); ++v) {
+    // A longer way is one that leaves the lumen askew, not a thicker wall.
+    const double missing = wanted_length(columns[v]) / length_of(wall, v);
+    ratio.push_back(missing > 1.0 + kRounding ? std::min(missing, kMostTissueRatio) : 1.0);
+  }
+  for (const std::array<int, 6>& wedge : wall.wedges) {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) sum += ratio[std::size_t(wedge[c]) % columns.size()];
+    wall.tissue_ratio.push_back(sum / 3.0);
+  }
 }
 
 /// Tells where the wall is thinner than wanted.
@@ -360,6 +378,7 @@ WallLayers build_wall_layers(const ContactRegion& region, const CenterlineTree& 
   for (const WallColumn& column : columns)
     least_length.push_back(kLeastShare * wanted_length(column));
   const auto wrong = detail::untangle(wall, region.mesh, kGoodShape, kLeastShape, least_length);
+  rate_tissue(wall, columns);
   leave_out(wall, region.mesh, wrong);
   if (wall.wedges.empty())
     throw InputError(

@@ -44,6 +44,9 @@ struct WallLayers {
   std::vector<int> layer;          ///< of elements, 0 next to the lumen, shape [wedge_count]
   std::vector<WallTissue> tissue;  ///< shape [wedge_count]
   std::vector<Vec3> axial;         ///< unit, along the vessel away from the inlet, [wedge_count]
+  /// Tissue that it stands for over its own volume, [1, 20]: the wanted length of its columns over
+  /// the one that there is room for, in the mean; shape [wedge_count].
+  std::vector<double> tissue_ratio;
   std::vector<Triangle> outer_triangles;  ///< normals leave the wall
   std::vector<char> fixed;                ///< as the region's, and led, shape [vertex_count]
   /// Without room for layers: the column goes with its neighbours, shape [lumen_vertex_count].
@@ -61,9 +64,10 @@ struct WallLayers {
 /// the space between it and the healthy lumen. Along a stretch the healthy radius is at least the
 /// reference's and the healthy axis is the line's course without the lesion; elsewhere both are the
 /// line's own. Every wedge is right-handed at its six corners, and the outside does not cross
-/// itself; where that needs a thinner wall (in creases at branches), a warning says so. Where a
-/// quarter of the thickness is still too much, and at the tips of flaps beside such places, there
-/// are no layers and the wall is led: it goes with what is around it.
+/// itself; where that needs a thinner wall (in creases at branches), its wedges stand for more
+/// tissue than they are (tissue_ratio), and a warning says so. Where a quarter of the thickness is
+/// still too much, and at the tips of flaps beside such places, there are no layers and the wall is
+/// led: it goes with what is around it.
 ///
 /// Where the lumen does not lie around its lines, its own width gives the thickness.
 ///

@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "core/statistics.hpp"
 #include "core/units.hpp"
 
 namespace angio::simulation {
@@ -53,17 +52,6 @@ double dogboning_percent(const SimulationFrame& frame) {
   const double end =
       *std::max_element(frame.end_diameters_mm.begin(), frame.end_diameters_mm.end());
   return 100.0 * (end - frame.balloon_diameter_mm) / end;
-}
-
-std::optional<ContactPressure> contact_pressure(const std::vector<Triangle>& triangles,
-                                                const SimulationFrame& frame) {
-  const std::vector<double> areas = vertex_areas({frame.wall, triangles});
-  std::vector<std::pair<double, double>> pressed;  // pressure and area
-  for (std::size_t v = 0; v < areas.size(); ++v)
-    if (frame.contact_pressure_kpa[v] > 0.0 && areas[v] > 0.0)
-      pressed.emplace_back(frame.contact_pressure_kpa[v], areas[v]);
-  if (pressed.empty()) return std::nullopt;
-  return ContactPressure{weighted_quantile(pressed, 0.5), weighted_quantile(pressed, 0.99)};
 }
 
 WholeWire whole_wire(const SimulationModel& model, const std::vector<Vec3>& inside) {

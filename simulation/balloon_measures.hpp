@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "simulation/simulation.hpp"
@@ -38,17 +37,6 @@ double elongation_mm(const SimulationModel& model, const std::vector<Vec3>& ball
 /// balloon's sections. Negative where the lesion's section is the widest. NaN where no ends are
 /// watched or the balloon has no section there.
 double dogboning_percent(const SimulationFrame& frame);
-
-/// The contact pressure of a frame, over the wall that is pressed.
-struct ContactPressure {
-  double median_kpa = 0.0;  ///< by area: each vertex has a third of its triangles
-  double p99_kpa = 0.0;
-};
-
-/// @param triangles  of the wall
-/// @return nothing where the wall is not pressed anywhere
-std::optional<ContactPressure> contact_pressure(const std::vector<Triangle>& triangles,
-                                                const SimulationFrame& frame);
 
 /// A guidewire from its near end to its tip.
 struct WholeWire {

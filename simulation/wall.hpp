@@ -20,6 +20,9 @@ enum class WallRegion { intima = 0, media = 1, adventitia = 2, plaque = 3, calci
 inline constexpr int kWallRegionCount = 5;
 const char* name(WallRegion region);
 
+/// See LayeredWall::tissue_ratio.
+inline constexpr double kLeastTissueRatio = 1.0, kMostTissueRatio = 20.0;
+
 /// The wall's solid mesh: copies of the lumen's surface, joined layer by layer.
 struct LayeredWall {
   std::vector<Vec3> vertices;      ///< [mm]; the lumen surface's vertices come first, in its order
@@ -27,6 +30,10 @@ struct LayeredWall {
   std::vector<int> layer;          ///< 0 next to the lumen, shape [wedge]
   std::vector<WallRegion> region;  ///< shape [wedge]
   std::vector<Vec3> axial;         ///< the vessel's direction there, unit, shape [wedge]
+  /// Tissue that a wedge stands for, over its own volume, shape [wedge]; empty: 1. Where
+  /// the mesh has no room for the wall's thickness, its energy counts as often as the thickness is
+  /// missing: the membrane that it is carries what the wall would.
+  std::vector<double> tissue_ratio;
   std::vector<Triangle> lumen_triangles;  ///< normals leave the lumen
   std::vector<Triangle> outer_triangles;  ///< normals leave the wall
   /// Held in place: 1 all, or the sum of 2, 4, 8 along x, y, z; shape [vertex]. In a simulation

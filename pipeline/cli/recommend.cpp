@@ -28,7 +28,8 @@ constexpr double kPercents = 1.0, kRatios = 0.01, kAtmospheres = 0.1,
 
 constexpr const char *kResidual = "residual_stenosis_percent", *kRecoil = "recoil_percent",
                      *kInjury = "over_strength_mm3", *kRatio = "balloon_to_artery_ratio",
-                     *kFlow = "ffr_after", *kPressure = "rated_burst_atm";
+                     *kWidening = "widening_beside_lesion", *kFlow = "ffr_after",
+                     *kPressure = "rated_burst_atm";
 
 double to_steps_of(double step, double value) { return step * std::round(value / step); }
 
@@ -70,6 +71,10 @@ void ask_limits(CandidateResult& result, const json& metrics) {
   if (is_over(ratio, limits::kMostBalloonToArteryRatio, kRatios))
     miss(kRatio, fmt::format("balloon-to-artery ratio {:.2f} (at most {:.2f})", ratio,
                              limits::kMostBalloonToArteryRatio));
+  const double widening = measure_of(result.row, kWidening);
+  if (is_over(widening, limits::kMostWideningBeside, kRatios))
+    miss(kWidening, fmt::format("widens the vessel beside the lesion {:.2f} times (at most {:.2f})",
+                                widening, limits::kMostWideningBeside));
   result.is_coronary = is_coronary(metrics);
   if (!result.is_coronary)
     result.notes.emplace_back(
@@ -176,6 +181,7 @@ json json_of(const CandidateResult& result) {
 json limits_json() {
   return {{kResidual, limits::kMostResidualStenosisPercent},
           {kRatio, limits::kMostBalloonToArteryRatio},
+          {kWidening, limits::kMostWideningBeside},
           {kFlow, limits::kFlowLimitingFfr}};
 }
 
@@ -267,7 +273,8 @@ void rank_results(std::vector<CandidateResult>& results) {
 std::string ranking_rule() {
   return fmt::format(
       "Rank: determined results before not_determined before failed; then fewest limits missed "
-      "(residual stenosis at most {:.0f} %, balloon-to-artery ratio at most {:.2f}, fractional "
+      "(residual stenosis at most {:.0f} %, balloon-to-artery ratio at most {:.2f}, widening "
+      "beside the lesion at most {:.2f}, fractional "
       "flow "
       "reserve of a coronary artery over {:.2f}, pressure at most rated burst); then by fronts of "
       "Pareto dominance over residual stenosis, recoil, wall over its strength, and pressure "
@@ -275,15 +282,18 @@ std::string ranking_rule() {
       "the lesion; then least residual stenosis. Equals share a rank. Numbers are compared as "
       "printed: whole percents, tenths of mm3, hundredths.",
       limits::kMostResidualStenosisPercent, limits::kMostBalloonToArteryRatio,
-      limits::kFlowLimitingFfr);
+      limits::kMostWideningBeside, limits::kFlowLimitingFfr);
 }
 
 std::string recommendation_table(const std::vector<CandidateResult>& results) {
-  static const std::map<std::string, std::string> kShort = {
-      {kResidual, "residual"}, {kRatio, "ratio"}, {kFlow, "ffr"}, {kPressure, "burst"}};
+  static const std::map<std::string, std::string> kShort = {{kResidual, "residual"},
+                                                            {kRatio, "ratio"},
+                                                            {kWidening, "beside"},
+                                                            {kFlow, "ffr"},
+                                                            {kPressure, "burst"}};
   std::vector<formats::CsvRow> table = {{"rank", "front", "balloon_mm", "length_mm", "atm",
                                          "status", "gain_mm", "residual_%", "recoil_%",
-                                         "over_strength_mm3", "ratio", "ffr", "misses"}};
+                                         "over_strength_mm3", "ratio", "beside", "ffr", "misses"}};
   for (const CandidateResult& result : results) {
     const Candidate& c = result.candidate;
     const auto told = [&](const char* column, int decimals) {
@@ -296,7 +306,7 @@ std::string recommendation_table(const std::vector<CandidateResult>& results) {
                      c.balloon.empty() ? cell_of(c.diameter_mm) : c.balloon, cell_of(c.length_mm),
                      cell_of(c.pressure_atm), result.row.status, told("acute_gain_mm", 2),
                      told(kResidual, 0), told(kRecoil, 0), told(kInjury, 1), told(kRatio, 2),
-                     told(kFlow, 2),
+                     told(kWidening, 2), told(kFlow, 2),
                      misses.empty() ? "-" : fmt::format("{}", fmt::join(misses, ","))});
   }
   return aligned_text(table);

@@ -24,7 +24,7 @@ TreatedLesion treated_lesion(const std::filesystem::path& case_folder);
 /// A limit that was not kept.
 struct Miss {
   std::string limit;  ///< its key: residual_stenosis_percent, balloon_to_artery_ratio,
-                      ///< ffr_after or rated_burst_atm
+                      ///< widening_beside_lesion, ffr_after or rated_burst_atm
   std::string text;   ///< "residual stenosis 34 % (at most 30 %)"
 };
 

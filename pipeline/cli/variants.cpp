@@ -60,7 +60,9 @@ const std::vector<VariantMeasure>& variant_measures() {
       {"/balloon/balloon_to_artery_ratio", "balloon_to_artery_ratio", "balloon-to-artery ratio"},
       {"/wall/over_strength_percent", "over_strength_percent", "wall over its strength [%]"},
       {"/wall/over_strength_mm3", "over_strength_mm3", "wall over its strength [mm³]"},
-      {"/flow/ffr_after", "ffr_after", "pressure behind the lesion after / inlet's"}};
+      {"/flow/ffr_after", "ffr_after", "pressure behind the lesion after / inlet's"},
+      {"/balloon/widening_beside_lesion", "widening_beside_lesion",
+       "widening of the vessel beside the lesion"}};
   return kMeasures;
 }
 

@@ -1,5 +1,7 @@
 #include "pipeline/stages/layered_wall.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +15,7 @@
 #include "formats/case_file.hpp"
 #include "formats/checked_arrays.hpp"
 #include "formats/files.hpp"
+#include "simulation/pressed_wall.hpp"
 
 namespace angio::pipeline {
 namespace fs = std::filesystem;
@@ -81,25 +84,51 @@ Strength strength_of(const simulation::LayeredWall& wall, const simulation::Simu
   return strength;
 }
 
-// Quantiles by volume of what a region's wedges have where the balloon touches them at the peak.
-nlohmann::json touched_quantiles(const simulation::LayeredWall& wall, int region,
-                                 const simulation::SimulationFrame& peak,
-                                 const std::vector<simulation::WallStress>& stresses) {
+/// How much of each wedge counts: the share of its columns that the balloon touches, or presses.
+using Shares = std::vector<double>;
+
+Shares touched_shares(const simulation::LayeredWall& wall,
+                      const simulation::SimulationFrame& peak) {
+  Shares shares;
+  for (const simulation::Wedge& wedge : wall.wedges)
+    shares.push_back(is_touched(wedge, peak) ? 1.0 : 0.0);
+  return shares;
+}
+
+Shares pressed_shares(const simulation::LayeredWall& wall,
+                      const simulation::SimulationFrame& peak) {
+  const std::vector<char> is_pressed =
+      simulation::pressed_wall(wall.lumen_triangles, peak).is_pressed;
+  Shares shares;
+  for (const simulation::Wedge& wedge : wall.wedges) {
+    int pressed = 0;
+    for (int c = 0; c < 3; ++c)
+      pressed += is_pressed[std::size_t(wedge[std::size_t(c)]) % is_pressed.size()] != 0 ? 1 : 0;
+    shares.push_back(pressed / 3.0);
+  }
+  return shares;
+}
+
+// Quantiles by volume of what a region's wedges have at the peak, as NAME_principal_stress_Q_kpa
+// and NAME_log_strain_Q.
+nlohmann::json quantiles_of(const char* name, const Shares& shares,
+                            const simulation::LayeredWall& wall, int region,
+                            const std::vector<simulation::WallStress>& stresses) {
   std::vector<std::pair<double, double>> stress, strain;
   for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
-    if (int(wall.region[w]) != region || !is_touched(wall.wedges[w], peak)) continue;
-    const double volume = volume_of(wall, w);
+    if (int(wall.region[w]) != region || !(shares[w] > 0.0)) continue;
+    const double volume = shares[w] * volume_of(wall, w);
     if (!(volume > 0.0)) continue;
     stress.emplace_back(stresses[w].principal_kpa, volume);
     strain.emplace_back(stresses[w].log_strain, volume);
   }
+  const auto quantile_or_null = [](const auto& values, double share) {
+    return values.empty() ? nlohmann::json() : nlohmann::json(weighted_quantile(values, share));
+  };
   nlohmann::json told = nlohmann::json::object();
-  for (const auto& [name, share] : {std::pair{"median", 0.5}, {"p95", 0.95}, {"p99", 0.99}}) {
-    const std::string which = name;
-    told["touched_principal_stress_" + which + "_kpa"] =
-        stress.empty() ? nlohmann::json() : nlohmann::json(weighted_quantile(stress, share));
-    told["touched_log_strain_" + which] =
-        strain.empty() ? nlohmann::json() : nlohmann::json(weighted_quantile(strain, share));
+  for (const auto& [which, share] : {std::pair{"median", 0.5}, {"p95", 0.95}, {"p99", 0.99}}) {
+    told[fmt::format("{}_principal_stress_{}_kpa", name, which)] = quantile_or_null(stress, share);
+    told[fmt::format("{}_log_strain_{}", name, which)] = quantile_or_null(strain, share);
   }
   return told;
 }
@@ -137,7 +166,8 @@ void write_layered_wall(const fs::path& meshing_folder, const meshing::WallLayer
                          {array_of("Fixed", wall.fixed, ArrayType::uint8)},
                          {array_of("Layer", wall.layer, ArrayType::int32),
                           array_of("Region", region, ArrayType::int32),
-                          array_of("Axial", wall.axial, ArrayType::float64)}});
+                          array_of("Axial", wall.axial, ArrayType::float64),
+                          {"TissueRatio", wall.tissue_ratio, 1, ArrayType::float64}}});
 }
 
 simulation::LayeredWall read_layered_wall(const StageFiles& files, const TriangleMesh& lumen) {
@@ -154,6 +184,8 @@ simulation::LayeredWall read_layered_wall(const StageFiles& files, const Triangl
        of_wedges.integers<int>("Region", 0.0, double(simulation::kWallRegionCount) - 1.0))
     wall.region.push_back(simulation::WallRegion(region));
   wall.axial = of_wedges.vectors("Axial");
+  wall.tissue_ratio =
+      of_wedges.numbers("TissueRatio", simulation::kLeastTissueRatio, simulation::kMostTissueRatio);
   wall.lumen_triangles = lumen.triangles;
   wall.outer_triangles = outer_triangles(wall.wedges, wall.layer);
   wall.fixed = formats::CheckedArrays(data.point_arrays, data.points.size(), name)
@@ -194,6 +226,7 @@ nlohmann::json wall_summary(const simulation::LayeredWall& wall,
                             const simulation::SimulationFrame& last) {
   const std::vector<simulation::WallStress> at_peak = peak.wall_stress(),
                                             at_last = last.wall_stress();
+  const Shares touched = touched_shares(wall, peak), pressed = pressed_shares(wall, peak);
   nlohmann::json regions = nlohmann::json::object();
   for (int r = 0; r < simulation::kWallRegionCount; ++r) {
     std::vector<double> stress, plastic;
@@ -208,7 +241,8 @@ nlohmann::json wall_summary(const simulation::LayeredWall& wall,
               {"peak_principal_stress_median_kpa", quantile(stress, 0.5)},
               {"peak_principal_stress_p99_kpa", quantile(stress, 0.99)},
               {"plastic_strain_p99", quantile(plastic, 0.99)}};
-    region.update(touched_quantiles(wall, r, peak, at_peak));
+    region.update(quantiles_of("touched", touched, wall, r, at_peak));
+    region.update(quantiles_of("pressed", pressed, wall, r, at_peak));
   }
   const Strength strength = strength_of(wall, peak, at_last);
   return {{"model", "layered"},

@@ -20,6 +20,7 @@
 #include "pipeline/stages/treatment.hpp"
 #include "simulation/balloon_measures.hpp"
 #include "simulation/guard.hpp"
+#include "simulation/pressed_wall.hpp"
 #include "simulation/simulation.hpp"
 
 // From the meshes to what the balloon does.
@@ -94,10 +95,15 @@ json balloon_json(const simulation::BalloonMaterial& membrane,
 json contact_json(const simulation::SimulationModel& model,
                   const simulation::SimulationFrame& peak) {
   const auto pressure = simulation::contact_pressure(model.wall.triangles, peak);
+  const simulation::PressedWall pressed = simulation::pressed_wall(model.wall.triangles, peak);
   return {{"contact_gap_mm", simulation::contact_gap_mm(model, peak)},
           {"contact_area_mm2", peak.contact.area_mm2},
           {"contact_pressure_median_kpa", pressure ? json(pressure->median_kpa) : json()},
-          {"contact_pressure_p99_kpa", pressure ? json(pressure->p99_kpa) : json()}};
+          {"contact_pressure_p99_kpa", pressure ? json(pressure->p99_kpa) : json()},
+          {"contact_force_n", pressed.force_n},
+          {"pressed_area_mm2", pressed.area_mm2},
+          {"pressed_pressure_median_kpa", finite_or_null(pressed.median_kpa)},
+          {"pressed_pressure_p99_kpa", finite_or_null(pressed.p99_kpa)}};
 }
 
 void keep_timing(StageWork& work, const simulation::SimulationSummary& summary) {
@@ -196,6 +202,11 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
                                  ? judge(first, second, runs.second_failure)
                                  : GuardVerdict{"off", ""};
   keep(work.warnings, treatment_warnings(first, guard, spans));
+  const json& lesion = placement.at("lesion");
+  const auto widening = widening_beside(
+      before, peak, {lesion.at("proximal_mm").get<double>(), lesion.at("distal_mm").get<double>()},
+      reference);
+  keep(work.warnings, widening_warnings(widening));
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, peak, after));
   formats::write_surface(work.out / "lumen_after.vtp", {lumen.mesh(frames.last().wall), {}, {}});
   json reached = summary_json(balloon_json(membrane, model, path, frames.peak(), work.warnings),
@@ -209,6 +220,7 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   reached["peak"].update(contact_json(model, frames.peak()));
   reached["simulation"]["guard"] = guard.state;
   reached["guard_reason"] = guard.reason;
+  reached["balloon"]["widening_beside_lesion"] = widening ? json(widening->ratio) : json();
   reached["balloon"]["dogboning_max_percent"] = finite_or_null(most_dogboning);
   if (frames.last().wall_stress) {
     reached["wall"] = wall_summary(model.layered_wall, frames.peak(), frames.last());

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/clinical_limits.hpp"
+#include "core/statistics.hpp"
 #include "core/units.hpp"
 
 namespace angio::pipeline {
@@ -21,9 +23,44 @@ constexpr const char* kWhatToTry =
     "Try a smaller or shorter balloon (balloon.nominal_diameter_mm, balloon.length_mm), or a finer "
     "wall (mesh.edges_per_circumference)";
 
+double diameter_of(double area) { return 2.0 * std::sqrt(area / units::kPi); }
+
 json range_of(double a, double b) { return json::array({std::min(a, b), std::max(a, b)}); }
 
 }  // namespace
+
+std::optional<WideningBeside> widening_beside(const centerline::LumenProfile& before,
+                                              const centerline::LumenProfile& peak,
+                                              const std::array<double, 2>& lesion,
+                                              double reference_mm) {
+  const std::vector<double>& places = before.abscissa;
+  std::optional<WideningBeside> most;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double s = places[i];
+    if (s > lesion[0] - reference_mm && s < lesion[1] + reference_mm) continue;
+    const auto at = std::lower_bound(peak.abscissa.begin(), peak.abscissa.end(), s);
+    if (at == peak.abscissa.end() || *at != s) continue;
+    const double wide = diameter_of(peak.section_area[std::size_t(at - peak.abscissa.begin())]);
+    std::vector<double> around;
+    for (std::size_t k = 0; k < places.size(); ++k)
+      if (std::abs(places[k] - s) <= reference_mm)
+        around.push_back(diameter_of(before.section_area[k]));
+    const double own = std::max(diameter_of(before.section_area[i]), median(std::move(around)));
+    if (!most || wide / own > most->ratio) most = WideningBeside{wide / own, s, own, wide};
+  }
+  return most;
+}
+
+std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& widening) {
+  if (!widening || widening->ratio <= limits::kMostWideningBeside) return {};
+  return {fmt::format(
+      "beside the lesion the balloon widens the vessel from {:.1f} to {:.1f} mm, {:.1f} mm from "
+      "the "
+      "inlet, where no stenosis is: {:.2f} times, at most {:.1f} is asked. A shorter or a smaller "
+      "balloon spares it (balloon.length_mm, balloon.nominal_diameter_mm)",
+      widening->before_mm, widening->peak_mm, widening->abscissa_mm, widening->ratio,
+      limits::kMostWideningBeside)};
+}
 
 GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& second,
                    const std::string& second_failure) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -24,6 +25,28 @@ struct Treatment {
     return 100.0 * recoil_mm() / (peak.lesion.mld_mm - before.lesion.mld_mm);
   }
 };
+
+/// Where the balloon widens the vessel most beside the lesion.
+struct WideningBeside {
+  double ratio = 1.0;
+  double abscissa_mm = 0.0, before_mm = 0.0, peak_mm = 0.0;
+};
+
+/// The greatest, over the places that are further than a reference diameter from the lesion's
+/// edges,
+///
+///     ratio(s) = D_peak(s) / max(D(s), median of D within a reference diameter of s),
+///
+/// D the diameter of a circle of the section's area: the median passes over another narrowing.
+/// Unset where the balloon reaches nothing beside the lesion.
+/// @param lesion  its edges [mm]
+std::optional<WideningBeside> widening_beside(const centerline::LumenProfile& before,
+                                              const centerline::LumenProfile& peak,
+                                              const std::array<double, 2>& lesion,
+                                              double reference_mm);
+
+/// A warning where that is over limits::kMostWideningBeside; else nothing.
+std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& widening);
 
 /// What two runs whose starts nobody could tell apart say together.
 struct GuardVerdict {

@@ -99,6 +99,12 @@ void set_patches(const LayeredWall& wall, SolidModel& model) {
   for (std::size_t w = 0; w < wall.wedges.size(); ++w)
     model.patch_wedges[static_cast<std::size_t>(next[static_cast<std::size_t>(model.patch[w])]++)] =
         static_cast<int>(w);
+  model.patch_bulk.assign(size.size(), 0.0);
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
+    const auto p = static_cast<std::size_t>(model.patch[w]);
+    model.patch_bulk[p] +=
+        model.laws[static_cast<std::size_t>(wall.region[w])].bulk * model.tissue_ratio[w] / size[p];
+  }
 }
 
 WallStress stress_of(const SolidModel& model, std::size_t w, const std::array<Vec3, 6>& x,
@@ -160,6 +166,7 @@ SolidView<double> SolidModel::view(const Vec3* x) const {
   out.patch_begin = patch_begin.data();
   out.patch_wedges = patch_wedges.data();
   out.patch_volume = patch_volume.data();
+  out.patch_bulk = patch_bulk.data();
   out.region = region.data();
   out.laws = laws.data();
   return out;
@@ -175,6 +182,8 @@ std::array<Vec3, 6> corners_of(const SolidModel& model, int wedge, const std::ve
 SolidModel make_solid_model(const LayeredWall& wall, const WallOptions& options) {
   SolidModel model;
   for (const WallRegionMaterial& m : options.materials) model.laws.push_back(law_of(m));
+  model.tissue_ratio = wall.tissue_ratio;
+  model.tissue_ratio.resize(wall.wedges.size(), 1.0);
   model.mass.assign(wall.vertices.size(), 0.0);
   for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
     model.corners.insert(model.corners.end(), wall.wedges[w].begin(), wall.wedges[w].end());
@@ -185,7 +194,8 @@ SolidModel make_solid_model(const LayeredWall& wall, const WallOptions& options)
     const double density =
         options.materials[static_cast<std::size_t>(wall.region[w])].density_g_mm3;
     for (const int v : wall.wedges[w])
-      model.mass[static_cast<std::size_t>(v)] += density * wedge_volume(x.data()) / 6.0;
+      model.mass[static_cast<std::size_t>(v)] +=
+          model.tissue_ratio[w] * density * wedge_volume(x.data()) / 6.0;
   }
   set_directions(wall, options, model);
   set_patches(wall, model);
@@ -212,6 +222,7 @@ void set_memory(const WallState& state, SolidModel& model) {
     model.volume[p / kWedgePoints] += model.points[p].weight;
     model.patch_volume[static_cast<std::size_t>(model.patch[p / kWedgePoints])] +=
         model.points[p].weight;
+    model.points[p].weight *= model.tissue_ratio[p / kWedgePoints];
   }
 }
 

@@ -16,6 +16,8 @@ struct SolidModel {
   std::vector<int> patch;                       ///< shape [wedge]
   std::vector<int> patch_begin, patch_wedges;   ///< wedges that share one dilatation
   std::vector<double> patch_volume;             ///< unloaded [mm^3]
+  std::vector<double> patch_bulk;               ///< K, times the tissue ratio [Pa]
+  std::vector<double> tissue_ratio;             ///< shape [wedge]
   std::vector<double> volume;                   ///< unloaded [mm^3], shape [wedge]
   std::vector<Vec3> fibers;                     ///< [wedge][2], unit
   std::vector<Vec3> around;                     ///< the circumference's direction, shape [wedge]

@@ -40,10 +40,15 @@ void check_shapes(const LayeredWall& wall) {
   if (count == 0 || wall.lumen_triangles.empty() || wall.outer_triangles.empty())
     throw InputError("the layered wall has no wedges or no surface. Build it from the lumen again");
   if (wall.layer.size() != count || wall.region.size() != count || wall.axial.size() != count ||
+      (!wall.tissue_ratio.empty() && wall.tissue_ratio.size() != count) ||
       wall.fixed.size() != wall.vertices.size())
     throw InputError(
-        "the layered wall's arrays differ in length (layer, region and axial are per wedge, fixed "
+        "the layered wall's arrays differ in length (layer, region, axial and tissue ratio are per "
+        "wedge, fixed "
         "is per vertex). Build it from the lumen again");
+  for (std::size_t w = 0; w < wall.tissue_ratio.size(); ++w)
+    require_within("the layered wall's tissue ratio of wedge " + std::to_string(w),
+                   wall.tissue_ratio[w], kLeastTissueRatio, kMostTissueRatio);
   for (std::size_t v = 0; v < wall.vertices.size(); ++v)
     if (!std::isfinite(norm(wall.vertices[v])))
       throw InputError("vertex " + std::to_string(v) +

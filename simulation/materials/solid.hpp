@@ -36,7 +36,7 @@ inline constexpr int kMostPatchWedges = 3;
 template <class Real>
 struct SolidPoint {
   Vec3T<Real> g[6];  ///< gradients of the shape functions [1/mm]
-  Real weight{};     ///< unloaded volume that it stands for [mm^3]
+  Real weight{};     ///< unloaded volume of tissue that it stands for [mm^3]
 };
 
 /// One wedge; pointers into the arrays of a SolidView.
@@ -60,6 +60,7 @@ struct SolidView {
   const int* patch_begin = nullptr;          ///< [patch + 1]
   const int* patch_wedges = nullptr;         ///< of one region
   const Real* patch_volume = nullptr;        ///< V, unloaded [mm^3], [patch]
+  const Real* patch_bulk = nullptr;          ///< K, times the tissue that V stands for [Pa]
 
   ANGIO_HOST_DEVICE SolidWedge<Real> wedge(int w) const {
     return {points + kWedgePoints * w, fibers + 2 * w, laws[region[w]]};
@@ -245,8 +246,7 @@ ANGIO_HOST_DEVICE inline VolumeEnergy<Real> patch_energy(const SolidView<Real>& 
     view.gather(view.patch_wedges[m], x);
     volume += wedge_volume(x);
   }
-  const int first = view.patch_wedges[view.patch_begin[patch]];
-  return volume_energy(view.laws[view.region[first]].bulk, volume / view.patch_volume[patch]);
+  return volume_energy(view.patch_bulk[patch], volume / view.patch_volume[patch]);
 }
 
 /// Gives the gradient of a patch and its wedges to a sink: add_gradient(vertex, slope).

@@ -246,6 +246,7 @@ LayeredWallView<Real> make_layered_view(const Scene& scene, Memory& memory) {
   solid.patch_begin = memory.store(model.patch_begin);
   solid.patch_wedges = memory.store(model.patch_wedges);
   solid.patch_volume = memory.store(converted_all<Real>(model.patch_volume));
+  solid.patch_bulk = memory.store(converted_all<Real>(model.patch_bulk));
   view.columns = {wall.levels,
                   scene.bodies.wall().count,
                   memory.store(wall.wall.layer),

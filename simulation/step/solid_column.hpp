@@ -117,9 +117,7 @@ ANGIO_HOST_DEVICE inline VolumeEnergy<Real> patch_energy_now(const SolidView<Rea
                                                              const ColumnRows<Real>& rows,
                                                              int patch) {
   const Real unloaded = view.patch_volume[patch];
-  const int first = view.patch_wedges[view.patch_begin[patch]];
-  VolumeEnergy<Real> u =
-      volume_energy(view.laws[view.region[first]].bulk, rows.patch_volume[patch] / unloaded);
+  VolumeEnergy<Real> u = volume_energy(view.patch_bulk[patch], rows.patch_volume[patch] / unloaded);
   u.d2 /= unloaded;
   return u;
 }

@@ -234,7 +234,7 @@ struct LayeredWallView {
           columns.layer);
     visit(ArrayRole::model, region_count, solid.laws);
     visit(ArrayRole::model, patch_count + 1, solid.patch_begin);
-    visit(ArrayRole::model, patch_count, solid.patch_volume);
+    visit(ArrayRole::model, patch_count, solid.patch_volume, solid.patch_bulk);
     visit(ArrayRole::model, columns.stride + 1, columns.patch_begin, columns.wedge_begin,
           columns.link_begin);
     visit(ArrayRole::state, columns.stride, rows.steepness);

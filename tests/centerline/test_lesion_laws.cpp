@@ -288,6 +288,19 @@ TEST(LesionLaws, NeitherTaperNorEctasiaNorAVesselThatEndsInAThinOneIsALesion) {
     EXPECT_FALSE(find_lesions(tree_of({line_of(healthy[k], 70.0)}), {}).at(0).is_stenosis) << k;
 }
 
+TEST(TightestPlace, BehindAWideRootIsReferredToTheVesselItself) {
+  // A bulb of 12.5 mm, then 100 mm of a vessel of 5.5 mm that undulates.
+  const auto diameter = [](double s) {
+    const double root = 7.0 / (1.0 + std::exp((s - 18.0) / 1.5));
+    return 5.5 + root + 0.3 * std::sin(0.4 * s);
+  };
+  const Lesion place = find_lesions(tree_of({line_of(diameter, 120.0)}), {}).at(0);
+  EXPECT_FALSE(place.is_stenosis);
+  EXPECT_NEAR(place.reference_diameter_mm, 5.5, 0.4);
+  EXPECT_LT(place.diameter_stenosis_percent, 12.0);
+  EXPECT_GE(place.reference_tree_mm, place.reference_diameter_mm);
+}
+
 TEST(LesionLaws, WhatABranchingHidesIsNotMeasured) {
   CenterlineTree tree = forked(whole, whole);
   for (CenterlinePath& path : tree.paths) {

@@ -249,7 +249,8 @@ TEST_P(PlacedBalloon, FillsTheGapWithAir) {
   const double volume = enclosed_volume(gap->shell) - enclosed_volume(balloon().start);
   EXPECT_NEAR(test::sum_of_tets(air()) / volume, 1.0, 1e-9);
   // Where the vessel turns, the balloon is shorter and that is told.
-  EXPECT_THAT(placed().setup.warnings, testing::Each(testing::HasSubstr("turns too far")));
+  EXPECT_THAT(placed().setup.warnings,
+              testing::Each(testing::HasSubstr("the vessel turns by more than")));
 }
 
 std::string vessel_name(const testing::TestParamInfo<const Case& (*)()>& vessel) {

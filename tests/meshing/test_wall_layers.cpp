@@ -104,6 +104,11 @@ void expect_sound(const WallLayers& wall, const ContactRegion& region) {
   ASSERT_EQ(wall.layer.size(), wedge_count);
   ASSERT_EQ(wall.tissue.size(), wedge_count);
   ASSERT_EQ(wall.axial.size(), wedge_count);
+  ASSERT_EQ(wall.tissue_ratio.size(), wedge_count);
+  for (const double ratio : wall.tissue_ratio) {
+    EXPECT_GE(ratio, 1.0);
+    EXPECT_LE(ratio, 20.0);
+  }
   for (std::size_t v = 0; v < wall.vertices.size(); ++v)
     EXPECT_EQ(wall.fixed[v] != 0, region.fixed[v % count] != 0 || wall.led[v % count] != 0);
   EXPECT_TRUE(
@@ -346,6 +351,20 @@ TEST(WallLayers, OfTwoNearVesselsShareTheRoomBetweenThem) {
     const double past = outside.x - (radius + 0.5 * gap);  // the middle between them
     EXPECT_LT(v < count / 2 ? past : -past, 0.01);
   }
+  // What has no room is in the tissue that the wedges stand for: everywhere as much as is wanted.
+  const auto length = [&](int v) {
+    return distance(wall.vertices[std::size_t(v)],
+                    wall.vertices[wall.vertices.size() - count + std::size_t(v)]);
+  };
+  double most = 1.0;
+  for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
+    if (wall.layer[w] != 0) continue;
+    const auto& [a, b, c] = std::array{wall.wedges[w][0], wall.wedges[w][1], wall.wedges[w][2]};
+    const double had = (length(a) + length(b) + length(c)) / 3.0;
+    EXPECT_NEAR(wall.tissue_ratio[w] * had / (radius * (kOuter - 1.0)), 1.0, 0.15);
+    most = std::max(most, wall.tissue_ratio[w]);
+  }
+  EXPECT_GT(most, 2.0) << "0.25 mm where 0.91 are wanted";
 }
 
 TEST(WallLayers, AreLeftOutWhereTwoVesselsTouchAndNowhereElse) {

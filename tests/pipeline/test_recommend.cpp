@@ -99,13 +99,14 @@ TEST(Candidates, WrongValuesAreRefused) {
 /// What a candidate would leave, with as many measures as the table has.
 CandidateResult judged(const std::string& status, double residual, double ratio, double ffr,
                        double peak_atm, const std::string& vessel = "coronary",
-                       double place_mm = 20.0) {
+                       double place_mm = 20.0, double widening = 1.0) {
   VariantRow row{{}, status, "", std::vector<double>(variant_measures().size(), kNone)};
   for (std::size_t m = 0; m < row.measures.size() && status == "done"; ++m) {
     const std::string column = variant_measures()[m].column;
     row.measures[m] = column == "residual_stenosis_percent" ? residual
                       : column == "balloon_to_artery_ratio" ? ratio
                       : column == "ffr_after"               ? ffr
+                      : column == "widening_beside_lesion"  ? widening
                                                             : 10.0;
   }
   const json metrics = {
@@ -134,6 +135,11 @@ TEST(Recommend, MissesEachLimitJustBehindIt) {
               testing::ElementsAre("ffr_after"));
   EXPECT_THAT(limits_missed(judged("done", residual, ratio, ffr + 0.01, 14.1)),
               testing::ElementsAre("rated_burst_atm"));
+  const auto widened = [&](double by) {
+    return limits_missed(judged("done", residual, ratio, ffr + 0.01, 14.0, "coronary", 20.0, by));
+  };
+  EXPECT_THAT(widened(kMostWideningBeside), testing::IsEmpty());
+  EXPECT_THAT(widened(kMostWideningBeside + 0.01), testing::ElementsAre("widening_beside_lesion"));
   const CandidateResult other = judged("done", residual, ratio, ffr, 14.0, "other");
   EXPECT_THAT(other.missed, testing::IsEmpty());
   EXPECT_EQ(other.notes.size(), 1U);

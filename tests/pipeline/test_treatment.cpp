@@ -36,6 +36,33 @@ TEST(Treatment, GainAndRecoilAreOfTheSameSurface) {
   EXPECT_NEAR(t.gain_mm() + t.recoil_mm(), 2.0, 1e-12);
 }
 
+/// A vessel that is 6 mm wide with a lesion around 25 mm and another dip at 70 mm; the balloon
+/// holds 6.3 mm there, and `wide` from 40 to 60 mm.
+std::optional<WideningBeside> widening_with(double wide) {
+  centerline::LumenProfile before, peak;
+  const auto add = [](centerline::LumenProfile& profile, double s, double diameter) {
+    profile.abscissa.push_back(s);
+    profile.inscribed_radius.push_back(0.5 * diameter);
+    profile.section_area.push_back(0.25 * units::kPi * diameter * diameter);
+  };
+  for (double s = 0.0; s <= 80.0; s += 1.0) {
+    const double lesion = std::abs(s - 25.0) < 4.0 ? 3.0 : 0.0, dip = s == 70.0 ? 2.0 : 0.0;
+    add(before, s, 6.0 - lesion - dip);
+    add(peak, s, s >= 40.0 && s <= 60.0 ? wide : 6.3);
+  }
+  return widening_beside(before, peak, {20.0, 30.0}, 6.0);
+}
+
+TEST(WideningBeside, IsTheMostThatHealthyVesselGivesWay) {
+  ASSERT_TRUE(widening_with(9.0));
+  EXPECT_NEAR(widening_with(9.0)->ratio, 1.5, 1e-12);
+  EXPECT_NEAR(widening_with(9.0)->before_mm, 6.0, 1e-12);
+  EXPECT_EQ(widening_warnings(widening_with(9.0)).size(), 1U);
+  EXPECT_NEAR(widening_with(6.3)->ratio, 1.05, 1e-12) << "neither the lesion nor the dip counts";
+  EXPECT_TRUE(widening_warnings(widening_with(6.3)).empty());
+  EXPECT_FALSE(widening_beside({}, {}, {20.0, 30.0}, 6.0));
+}
+
 TEST(Treatment, TellsTheRangeOfTwoRunsTheSmallerFirst) {
   const nlohmann::json json =
       treatment_json(treatment(1.0, 3.0, 2.4), treatment(1.0, 3.0, 2.1), 3.0, 3.2);

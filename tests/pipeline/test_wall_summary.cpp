@@ -22,11 +22,16 @@ simulation::LayeredWall tube() {
   return simulation::make_tube_wall(tube);
 }
 
+std::vector<Vec3> lumen_of(const simulation::LayeredWall& wall) {
+  return {wall.vertices.begin(), wall.vertices.begin() + std::ptrdiff_t(wall.vertices.size() / 4)};
+}
+
 /// What metrics.json says where the balloon presses [kPa] and the named region has flowed.
 double over_strength(double pressure, simulation::WallRegion region, double plastic_strain) {
   const simulation::LayeredWall wall = tube();
   simulation::SimulationFrame frame;
   frame.contact_pressure_kpa.assign(wall.vertices.size() / 4, pressure);
+  frame.wall = lumen_of(wall);
   frame.wall_stress = [&] {
     std::vector<simulation::WallStress> stresses(wall.wedges.size());
     for (std::size_t w = 0; w < wall.wedges.size(); ++w)
@@ -55,6 +60,7 @@ TEST(WallSummary, QuantilesAreByVolumeOfWhatTheBalloonTouches) {
   const simulation::LayeredWall wall = tube();
   simulation::SimulationFrame frame;
   const std::size_t count = wall.vertices.size() / 4;
+  frame.wall = lumen_of(wall);
   frame.contact_pressure_kpa.assign(count, 0.0);
   const double middle = 0.5 * simulation::TubeWall().length_mm;
   for (std::size_t v = 0; v < count; ++v)  // the half that lies at lower z
@@ -74,6 +80,15 @@ TEST(WallSummary, QuantilesAreByVolumeOfWhatTheBalloonTouches) {
   EXPECT_GT(media.at("touched_principal_stress_p99_kpa").get<double>(),
             media.at("touched_principal_stress_median_kpa").get<double>());
   EXPECT_NEAR(media.at("touched_log_strain_p95").get<double>(), 0.1, 1e-12);
+  // Nothing says how hard the balloon is blown up, so any pressure presses.
+  EXPECT_NEAR(media.at("pressed_log_strain_p95").get<double>(), 0.1, 1e-12);
+  frame.pressure_atm = 8.0;
+  EXPECT_TRUE(wall_summary(wall, frame, frame)
+                  .at("regions")
+                  .at("media")
+                  .at("pressed_log_strain_p95")
+                  .is_null())
+      << "10 kPa is less than a twentieth of 811";
   frame.contact_pressure_kpa.assign(count, 0.0);
   EXPECT_TRUE(wall_summary(wall, frame, frame)
                   .at("regions")

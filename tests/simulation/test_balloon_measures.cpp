@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/units.hpp"
 #include "simulation/balloon_measures.hpp"
+#include "simulation/pressed_wall.hpp"
 #include "testing/simulation/models.hpp"
 
 namespace angio::simulation {
@@ -73,6 +75,68 @@ TEST(ContactPressure, QuantilesAreByTheAreaThatIsPressed) {
   EXPECT_EQ(pressure->p99_kpa, 900.0);
   frame.contact_pressure_kpa.assign(frame.wall.size(), 0.0);
   EXPECT_FALSE(contact_pressure(triangles, frame));
+}
+
+/// A tube about z of [-10, 10] mm, radius 1.5 mm, pressed where |z| < `half` by
+/// 200 kPa (1 + cos(2 angle) / 2), each row of vertices by its share of that, and by 1 kPa for one
+/// more row, which a coarse mesh's contact feels, too.
+SimulationFrame pressed_tube(int around, double half, std::vector<Triangle>& triangles) {
+  constexpr double kRadius = 1.5;
+  const double edge = 2.0 * units::kPi * kRadius / around;
+  const int rows = 2 * int(10.0 / edge) + 1;
+  SimulationFrame frame;
+  frame.balloon_diameter_mm = 2.0 * kRadius;
+  frame.pressure_atm = 8.0;
+  const auto at = [&](int row, int k) { return row * around + k % around; };
+  for (int row = 0; row < rows; ++row)
+    for (int k = 0; k < around; ++k) {
+      const double angle = 2.0 * units::kPi * (k + 0.5 * (row % 2)) / around,
+                   z = edge * (row - rows / 2);
+      frame.wall.push_back({kRadius * std::cos(angle), kRadius * std::sin(angle), z});
+      const double pressure = 200.0 * (1.0 + 0.5 * std::cos(2.0 * angle));
+      const double share = std::clamp((half - std::abs(z)) / edge + 0.5, 0.0, 1.0);
+      frame.contact_pressure_kpa.push_back(share > 0.0                 ? share * pressure
+                                           : std::abs(z) < half + edge ? 1.0
+                                                                       : 0.0);
+      if (row + 1 == rows) continue;
+      triangles.push_back({at(row, k), at(row, k + 1), at(row + 1, k)});
+      triangles.push_back({at(row, k + 1), at(row + 1, k + 1), at(row + 1, k)});
+    }
+  return frame;
+}
+
+TEST(PressedWall, ConvergesToWhatPressesIt) {
+  constexpr double kHalf = 4.03;
+  const double area = 2.0 * units::kPi * 1.5 * 2.0 * kHalf;
+  for (const int around : {16, 24, 48}) {
+    std::vector<Triangle> triangles;
+    const SimulationFrame frame = pressed_tube(around, kHalf, triangles);
+    const PressedWall pressed = pressed_wall(triangles, frame);
+    EXPECT_NEAR(pressed.force_n, 1e-3 * 200.0 * area, 0.06 * 0.2 * area) << around;
+    // A disc that the edge cuts counts until a twentieth of 811 kPa is left of its mean.
+    EXPECT_GT(pressed.area_mm2, 0.98 * area) << around;
+    EXPECT_LT(pressed.area_mm2, 1.1 * area) << around;
+    EXPECT_NEAR(pressed.median_kpa, 190.0, 15.0) << around;
+    EXPECT_NEAR(pressed.p99_kpa, 290.0, 12.0) << around;
+  }
+}
+
+TEST(PressedWall, OneVertexDoesNotDecide) {
+  std::vector<Triangle> triangles;
+  SimulationFrame frame = pressed_tube(48, 4.03, triangles);
+  const double before = pressed_wall(triangles, frame).p99_kpa;
+  frame.contact_pressure_kpa[frame.wall.size() / 2] *= 20.0;
+  EXPECT_LT(pressed_wall(triangles, frame).p99_kpa, 2.0 * before);
+  EXPECT_GT(*std::max_element(frame.contact_pressure_kpa.begin(), frame.contact_pressure_kpa.end()),
+            1900.0);
+}
+
+TEST(PressedWall, IsEmptyWhereNothingPresses) {
+  std::vector<Triangle> triangles;
+  SimulationFrame frame = pressed_tube(16, -0.4, triangles);
+  const PressedWall pressed = pressed_wall(triangles, frame);
+  EXPECT_EQ(pressed.area_mm2, 0.0) << "1 kPa is under a twentieth of 811";
+  EXPECT_TRUE(std::isnan(pressed.median_kpa));
 }
 
 }  // namespace

@@ -128,6 +128,35 @@ double lumen_growth(double bulk_ratio, int around, int along, int layers) {
          1.0;
 }
 
+// The mean growth of a thin tube's middle radius under pressure, relative to the radius.
+double thin_tube_growth(double thickness_mm, double tissue_ratio, double pressure_kpa) {
+  TubeWall shape = round_tube(1.5 - 0.5 * thickness_mm, 1.5 + 0.5 * thickness_mm, 24, 20, 10.0);
+  shape.rim = 1;
+  LayeredWall wall = make_tube_wall(shape);
+  wall.tissue_ratio.assign(wall.wedges.size(), tissue_ratio);
+  // The pressure on the lumen, p r_i, is what pulls the wall: the same of both.
+  const WallSolution s =
+      solve_wall(wall, of_one_material(neo_hookean(40.0, 200.0)), unloaded_state(wall),
+                 pressure_kpa / (1.0 - thickness_mm / 3.0));
+  EXPECT_TRUE(s.converged);
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t v = 0; v < wall.vertices.size(); ++v) {
+    const Vec3 &before = wall.vertices[v], &now = s.state.vertices[v];
+    if (std::abs(before.z - 5.0) > 2.0) continue;
+    sum += std::hypot(now.x, now.y) / std::hypot(before.x, before.y) - 1.0;
+    ++count;
+  }
+  return sum / count;
+}
+
+TEST(SolidMesh, AThinWallThatStandsForMoreTissueIsAsStiffAsThatTissue) {
+  // Laplace: p r = sigma h. A membrane's h may be in the wedge or in what it stands for.
+  const double thick = thin_tube_growth(0.04, 1.0, 0.1);
+  EXPECT_NEAR(thin_tube_growth(0.01, 4.0, 0.1) / thick, 1.0, 0.02);
+  EXPECT_NEAR(thin_tube_growth(0.01, 1.0, 0.025) / thick, 1.0, 0.02) << "a quarter, on a quarter";
+}
+
 TEST(SolidMesh, DoesNotLockWhereItIsNearlyIncompressible) {
   // A coarse mesh is no stiffer against a finer one at K/G = 1000 (nu 0.4995) than at 5 (nu 0.41).
   const double soft = lumen_growth(5.0, 16, 7, 2) / lumen_growth(5.0, 24, 10, 3);

@@ -37,6 +37,7 @@ struct Element {
     v.fibers = fiber;
     v.laws = &law;
     v.patch_volume = &volume;
+    v.patch_bulk = &law.bulk;
     return v;
   }
   double energy(const Corners& at) const {

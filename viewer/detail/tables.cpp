@@ -62,6 +62,8 @@ constexpr std::array kWordings{
     Wording{"balloon.peak_pressure_atm", "Peak pressure", "atm", 2},
     Wording{"balloon.peak_diameter_mm", "Diameter at peak", "mm", 2},
     Wording{"balloon.balloon_to_artery_ratio", "Balloon-to-artery ratio", "", 2},
+    Wording{"balloon.widening_beside_lesion", "Widening of the vessel beside the lesion, at most",
+            "", 2},
     Wording{"balloon.rated_burst_atm", "Rated burst pressure", "atm", 1},
     Wording{"balloon.below_chart_mm", "Diameter below the chart's, in the lesion", "mm", 2},
     Wording{"balloon.elongation_mm", "Elongation", "mm", 2},
@@ -77,9 +79,14 @@ constexpr std::array kWordings{
     Wording{"peak.segment_mld_mm", "MLD along the whole balloon", "mm", 2},
     Wording{"peak.segment_mla_mm2", "MLA along the whole balloon", "mm²", 2},
     Wording{"peak.contact_gap_mm", "Gap between balloon and wall", "mm", 3},
-    Wording{"peak.contact_area_mm2", "Area of wall that the balloon presses", "mm²", 1},
-    Wording{"peak.contact_pressure_median_kpa", "Contact pressure, median of that area", "kPa", 0},
-    Wording{"peak.contact_pressure_p99_kpa", "Contact pressure, 99 % of that area", "kPa", 0},
+    Wording{"peak.contact_force_n", "Force of the balloon on the wall", "N", 2},
+    Wording{"peak.pressed_area_mm2", "Area of wall that the balloon presses", "mm²", 1},
+    Wording{"peak.pressed_pressure_median_kpa", "Contact pressure, median of that area", "kPa", 0},
+    Wording{"peak.pressed_pressure_p99_kpa", "Contact pressure, 99 % of that area", "kPa", 0},
+    Wording{"peak.contact_area_mm2", "Area of vertices that feel any contact (depends on the mesh)",
+            "mm²", 1},
+    Wording{"peak.contact_pressure_median_kpa", "Pressure over those vertices, median", "kPa", 0},
+    Wording{"peak.contact_pressure_p99_kpa", "Pressure over those vertices, 99 %", "kPa", 0},
     Wording{"result.mld_mm", "Minimal lumen diameter (MLD), in the lesion", "mm", 2},
     Wording{"result.mla_mm2", "Minimal lumen area (MLA), in the lesion", "mm²", 2},
     Wording{"result.diameter_stenosis_percent", "Residual diameter stenosis", "%", 1},
@@ -380,10 +387,10 @@ std::string wall_rows(const ordered_json& wall) {
              number((name + "_p95" + unit).c_str(), decimals) + "; " +
              number((name + "_p99" + unit).c_str(), decimals);
     };
-    if (told.contains("touched_log_strain_median")) {
+    if (told.contains("pressed_log_strain_median")) {
       row("Stress at the peak under the balloon (median; 95; 99 %), ",
-          quantiles("touched_principal_stress", "_kpa", 0) + " kPa");
-      row("Log strain likewise, ", quantiles("touched_log_strain", "", 2));
+          quantiles("pressed_principal_stress", "_kpa", 0) + " kPa");
+      row("Log strain likewise, ", quantiles("pressed_log_strain", "", 2));
     } else {
       row("Stress at the peak (median; 99 %), ",
           number("peak_principal_stress_median_kpa", 0) + "; " +
