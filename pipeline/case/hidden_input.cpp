@@ -96,17 +96,20 @@ bool tells(const std::string& name) {
 /// say must stay readable.
 bool is_word_of_messages(const std::string& name) {
   static const std::set<std::string> kWords = {
-      "a",      "all",    "an",     "and",    "another", "are",     "as",    "at",    "be",
-      "been",   "beside", "but",    "by",     "can",     "cannot",  "case",  "cm",    "could",
-      "ct",     "CT",     "data",   "dicom",  "DICOM",   "end",     "ends",  "file",  "files",
-      "folder", "frame",  "frames", "from",   "give",    "has",     "have",  "here",  "holds",
-      "if",     "image",  "images", "in",     "inlet",   "input",   "is",    "it",    "its",
-      "label",  "labels", "least",  "lesion", "line",    "lines",   "lumen", "mask",  "mesh",
-      "mm",     "more",   "mr",     "MR",     "no",      "not",     "of",    "on",    "one",
-      "only",   "or",     "out",    "outlet", "path",    "place",   "run",   "scan",  "series",
-      "so",     "some",   "stage",  "study",  "surface", "than",    "that",  "the",   "there",
-      "this",   "to",     "unit",   "up",     "vessel",  "vessels", "view",  "views", "volume",
-      "voxel",  "voxels", "was",    "where",  "with",    "within",  "xa",    "XA"};
+      "a",      "all",     "an",      "and",   "another", "are",      "artery", "as",
+      "at",     "balloon", "be",      "been",  "beside",  "but",      "by",     "can",
+      "cannot", "case",    "cm",      "could", "CT",      "ct",       "data",   "diameter",
+      "DICOM",  "dicom",   "edge",    "end",   "ends",    "file",     "files",  "folder",
+      "frame",  "frames",  "from",    "give",  "has",     "have",     "here",   "holds",
+      "if",     "image",   "images",  "in",    "inlet",   "input",    "is",     "it",
+      "its",    "label",   "labels",  "least", "length",  "lesion",   "line",   "lines",
+      "lumen",  "mask",    "mesh",    "mm",    "more",    "MR",       "mr",     "narrow",
+      "no",     "not",     "of",      "on",    "one",     "only",     "or",     "out",
+      "outlet", "path",    "pieces",  "place", "places",  "points",   "radius", "run",
+      "scan",   "series",  "so",      "some",  "stage",   "stenosis", "study",  "surface",
+      "than",   "that",    "the",     "there", "this",    "to",       "tree",   "unit",
+      "up",     "vessel",  "vessels", "view",  "views",   "volume",   "voxel",  "voxels",
+      "wall",   "was",     "where",   "with",  "within",  "XA",       "xa"};
   return kWords.contains(name);
 }
 
@@ -131,9 +134,12 @@ std::string without_input(std::string message, const std::string& input) {
   }
   std::vector<std::string> names = names_in(input);
   std::erase_if(names, [](const std::string& name) { return !tells(name); });
-  for (const std::string& form : forms)
-    if (const std::string own = fs::path(form).filename().string(); !is_word_of_messages(own))
-      names.push_back(own);
+  for (const std::string& form : forms) {
+    const fs::path own = fs::path(form).filename();
+    if (!is_word_of_messages(own.string())) names.push_back(own.string());
+    if (tells(own.stem().string()))
+      names.push_back(own.stem().string());  // a header's data beside it
+  }
   sort_longest_first(names);
   for (const std::string& name : names) replace_names(message, name, "FILE");
   return message;

@@ -133,6 +133,7 @@ TEST(HiddenInput, IsAWholeWord) {
             "INPUT is empty, the phase is not");
   EXPECT_EQ(without_input("in/IM_1 is cut; in 'in' there is more, and in x/in/y", "in"),
             "INPUT/IM_1 is cut; in 'INPUT' there is more, and in x/INPUT/y");
+  EXPECT_EQ(without_input("cannot read A_Name.raw", "x/A_Name.nhdr"), "cannot read FILE.raw");
   EXPECT_EQ(without_input("cannot read Nachname_2.raw", "Nachname"), "cannot read INPUT_2.raw");
 }
 
