@@ -351,8 +351,10 @@ Lesion tightest_place(const Known& by_tree, double min_reference_mm) {
 std::size_t index_of_path(const CenterlineTree& tree, int id) {
   for (std::size_t p = 0; p < tree.paths.size(); ++p)
     if (tree.paths[p].id == id) return p;
-  throw OptionError("lesion.centerline is " + std::to_string(id) + ", but there are " +
-                    std::to_string(tree.paths.size()) + " paths, numbered from 0");
+  throw OptionError("lesion.centerline is " + std::to_string(id) + ", but there " +
+                    (tree.paths.size() == 1
+                         ? std::string("is one path, number 0")
+                         : "are " + std::to_string(tree.paths.size()) + " paths, numbered from 0"));
 }
 
 Lesion lesion_at(const Known& known, const LesionOptions& options) {

@@ -28,6 +28,17 @@ Resolution resolution_of_surface(TriangleMesh surface) {
   return resolution;
 }
 
+bool is_unmeasured(const Lesion& lesion, const CenterlinePath& path, const Resolution& resolution) {
+  if (lesion.mld_mm < resolution.longest_mm) return true;
+  const double reach = 0.5 * lesion.reference_diameter_mm;
+  return std::any_of(resolution.narrow_lps_mm.begin(), resolution.narrow_lps_mm.end(),
+                     [&](const Vec3& place) {
+                       const double at = project(path, place);
+                       return at >= lesion.proximal_mm - reach && at <= lesion.distal_mm + reach &&
+                              distance(sample(path, at).point, place) <= reach;
+                     });
+}
+
 LesionOptions lesion_options(LesionOptions options, const Resolution& resolution) {
   options.voxel_mm = resolution.mean_mm;
   if (resolution.surface)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "centerline/centerline.hpp"
 
@@ -12,7 +13,14 @@ struct Resolution {
   double longest_mm = 0.0;  ///< edge of a voxel. Narrower throats are seen, but not measured
   double mean_mm = 0.0;     ///< edge of a cube of a voxel's volume
   std::shared_ptr<const TriangleMesh> surface;  ///< null: a scan
+  /// LPS [mm], where the segmentation kept open what is narrower than the scan can show.
+  std::vector<Vec3> narrow_lps_mm = {};
 };
+
+/// Whether a lesion's throat is seen, but its diameter not measured: it is narrower than a voxel,
+/// or the segmentation kept the vessel open between the lesion's edges, or half a reference
+/// diameter beside them.
+bool is_unmeasured(const Lesion& lesion, const CenterlinePath& path, const Resolution& resolution);
 
 /// Of voxels of a size [mm].
 Resolution resolution_of_voxels(const Vec3& spacing);

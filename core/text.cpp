@@ -45,4 +45,17 @@ std::string guess_name(std::string_view word, const std::vector<std::string>& kn
   return edit_distance(word, nearest) < most ? nearest : std::string();
 }
 
+std::string list_a_few(const std::vector<std::string>& things, std::string_view kind) {
+  constexpr std::size_t kMost = 4;
+  const std::size_t named = things.size() > kMost ? kMost - 1 : things.size();
+  std::string words;
+  for (std::size_t i = 0; i < named; ++i) {
+    if (i > 0) words += i + 1 == things.size() ? " and " : ", ";
+    words += things[i];
+  }
+  if (named < things.size())
+    words += " and " + std::to_string(things.size() - named) + " other " + std::string(kind);
+  return words;
+}
+
 }  // namespace angio

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-/// Words that users type: names of files and options.
+/// Words that users type, names of files and options, and lists in messages.
 namespace angio {
 
 /// With A to Z as a to z, whatever the locale.
@@ -23,5 +23,9 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
 
 /// The same, if the distance is below the larger of 3 and half of the word's length; else empty.
 std::string guess_name(std::string_view word, const std::vector<std::string>& known);
+
+/// "A", "A and B", "A, B, C and 12 other places": one note for all things of a kind, however many.
+/// @param things  not empty  @param kind  what they are, in the plural
+std::string list_a_few(const std::vector<std::string>& things, std::string_view kind);
 
 }  // namespace angio

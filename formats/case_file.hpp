@@ -18,6 +18,8 @@ inline constexpr const char* kFittedLines = "reconstruction/centerlines.vtp";
 
 inline constexpr const char* kScan = "segmentation/volume.nrrd";
 inline constexpr const char* kLevelSet = "segmentation/lumen_level_set.nrrd";
+/// Of a scan, if there are such places.
+inline constexpr const char* kNarrowPlaces = "segmentation/narrow_places.json";
 inline constexpr const char* kGivenLumen = "segmentation/lumen_surface.vtp";
 
 inline constexpr const char* kCenterlines = "centerline/centerlines.vtp";

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "air_mesh/build/surface_crossings.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "meshing/detail/cap_rims.hpp"
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/edge_lengths.hpp"
@@ -55,7 +57,7 @@ void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double to
   int closed_count = 0;
   std::vector<std::array<int, 2>> poor;
   for (int pass = 0; pass < kPasses; ++pass) {
-    closed_count += detail::resolve_crossings(draft, target, poor, warnings);
+    closed_count += detail::resolve_crossings(draft, target, poor);
     poor = detail::improve_angles(draft, target);
     const auto at_caps = detail::faults_of_caps(draft);
     poor.insert(poor.end(), at_caps.begin(), at_caps.end());
@@ -86,6 +88,30 @@ void fit_triangle_count(SurfaceDraft& draft, const SurfaceTarget& target, double
   if (!air_mesh::self_intersections(draft.mesh).empty())
     throw InputError(
         "the lumen crosses itself with so few triangles. Raise or leave out mesh.triangle_count");
+}
+
+std::set<int> rims_of(const SurfaceDraft& draft) {
+  std::set<int> rims(draft.rim.begin(), draft.rim.end());
+  rims.erase(-1);
+  return rims;
+}
+
+/// The wall with triangles as they are asked for. Ends that were too fine to stay open are told of.
+void shape_surface(SurfaceDraft& draft, const SurfaceTarget& target, double tolerance,
+                   const LumenMeshOptions& options, const Progress& progress,
+                   std::vector<std::string>& warnings) {
+  const std::set<int> before = rims_of(draft);
+  improve_surface(draft, target, tolerance, options, progress, warnings);
+  if (options.triangle_count > 0) fit_triangle_count(draft, target, tolerance, options, warnings);
+  const std::set<int> after = rims_of(draft);
+  std::vector<std::string> lost;
+  for (const int rim : before)
+    if (!after.contains(rim)) lost.push_back(detail::name_of_end(rim));
+  if (!lost.empty())
+    warnings.push_back(
+        "these ends of lines stay closed, because the lumen there is finer than the image can "
+        "show: " +
+        list_a_few(lost, "ends"));
 }
 
 void measure_least_angles(LumenMesh& lumen) {
@@ -208,8 +234,7 @@ LumenMesh mesh_lumen(const Volume<float>& level_set, const CenterlineTree& tree,
   progress.report(0.2, "remeshing");
   if (options.triangle_count > 0) detail::aim_at_count(draft, options.triangle_count);
   const double tolerance = kTolerance * shortest_spacing(padded.geometry);
-  improve_surface(draft, target, tolerance, options, progress, warnings);
-  if (options.triangle_count > 0) fit_triangle_count(draft, target, tolerance, options, warnings);
+  shape_surface(draft, target, tolerance, options, progress, warnings);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), target, options, std::move(warnings));
   progress.report(1.0);
@@ -241,9 +266,7 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   detail::set_edge_lengths(draft, target, tree, options, 0.0, warnings);
   if (options.triangle_count > 0) detail::aim_at_count(draft, options.triangle_count);
   constexpr double kNoTolerance = std::numeric_limits<double>::infinity();
-  improve_surface(draft, target, kNoTolerance, options, progress, warnings);
-  if (options.triangle_count > 0)
-    fit_triangle_count(draft, target, kNoTolerance, options, warnings);
+  shape_surface(draft, target, kNoTolerance, options, progress, warnings);
   progress.report(0.9, "caps and checks");
   LumenMesh result = finish(std::move(draft), target, options, std::move(warnings));
   progress.report(1.0);

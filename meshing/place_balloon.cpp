@@ -127,6 +127,11 @@ BalloonPlan make_plan(const BalloonOptions& options, const Lesion& lesion,
   const auto diameter_at = [&](double s) { return 2.0 * sample(path, s).inscribed_radius; };
   const double first = stretch.first + diameter_at(stretch.first);
   const double last = stretch.last - diameter_at(stretch.last);
+  if (first > last)
+    throw InputError("the vessel is too short for a balloon: nowhere on its line, of " +
+                     millimetres(stretch.last - stretch.first) +
+                     ", is one lumen diameter free to each open end (the wall is held there, and "
+                     "the balloon would reach out of the vessel). Segment more of the vessel");
   if (lesion.abscissa < first || lesion.abscissa > last)
     throw InputError("the place for the balloon, abscissa " + millimetres(lesion.abscissa) +
                      ", lies within one lumen diameter of an open end (the wall is held there, and "

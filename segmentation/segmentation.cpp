@@ -180,7 +180,8 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
     result.warnings.push_back(std::move(warning));
   std::move(tree.warnings.begin(), tree.warnings.end(), std::back_inserter(result.warnings));
   std::move(image.warnings.begin(), image.warnings.end(), std::back_inserter(result.warnings));
-  for (std::string& warning : narrow_place_warnings(boundary.bridges_lps_mm))
+  result.narrow_lps_mm = std::move(boundary.bridges_lps_mm);
+  for (std::string& warning : narrow_place_warnings(result.narrow_lps_mm))
     result.warnings.push_back(std::move(warning));
   if (std::string warning = blur_warning(boundary, around.geometry.spacing); !warning.empty())
     result.warnings.push_back(std::move(warning));

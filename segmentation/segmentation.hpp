@@ -43,6 +43,7 @@ struct Segmentation {
   double lumen_intensity = 0.0;    ///< typical, in the volume's unit
   double background_intensity = 0.0;
   double blur_sd_mm = 0.0;  ///< standard deviation of the scanner's blur, told from the image
+  std::vector<Vec3> narrow_lps_mm;  ///< places narrower than the voxels can show, kept open
   std::vector<std::string> warnings;
 };
 

@@ -38,9 +38,10 @@ struct LiveDrive {
 struct LiveOptions {
   int width = 1200;
   int height = 800;
-  std::vector<std::string> keys;     ///< pressed at the start, by X's names
-  double pressure_atm = 0.0;         ///< the aim at the start
-  double seconds = 0.0;              ///< until the window closes by itself; 0: when the user does
+  std::vector<std::string> keys;  ///< pressed at the start, by X's names
+  double pressure_atm = 0.0;      ///< the aim at the start
+  double seconds = 0.0;  ///< until the window closes by itself; 0: when the user does, or with a
+                         ///< screenshot as soon as it is drawn
   std::filesystem::path screenshot;  ///< of the last picture; empty: none
 };
 

@@ -134,24 +134,27 @@ std::string pressure_section(const ReportContent& content, const detail::Metrics
   return drawing + "<p class=\"sub\">" + words + ".</p>\n";
 }
 
-std::string view_section(const ReportContent& content, const detail::Album& album,
-                         const std::vector<Figure>& angiograms) {
+std::string view_section(const ReportContent& content, const detail::Metrics& metrics,
+                         const detail::Album& album, const std::vector<Figure>& angiograms) {
+  const std::string seen =
+      metrics.text("status") == "no_lesion" ? "the vessel at the tightest place" : "the lesion";
+  const std::string others =
+      content.tree.paths.size() > 1 ? "other vessels" : "other parts of the vessel";
   std::string out;
   if (content.views.working) {
     const angiogram::SeenSegment& best = content.views.working->best;
-    out = "<p><strong>" + angiogram::c_arm_label(best.angles) +
-          "</strong> shortens the lesion by " +
-          formats::fixed_text(best.foreshortening_percent, 0) + " %; other vessels overlap " +
-          formats::fixed_text(best.overlap_percent, 0) +
+    out = "<p><strong>" + angiogram::c_arm_label(best.angles) + "</strong> shortens " + seen +
+          " by " + formats::fixed_text(best.foreshortening_percent, 0) + " %; " + others +
+          " overlap " + formats::fixed_text(best.overlap_percent, 0) +
           " % of it. Of views within 0.5 % those are taken in which the "
           "throat looks narrowest, and of these the one nearest to the front.</p>\n" +
           "<figure>" + detail::view_map_for_page(*content.views.working) + "</figure>\n" +
-          detail::view_map_key();
+          detail::view_map_key(seen, others);
   }
   if (!angiograms.empty())
     out += "<h3>Virtual angiograms</h3>\n" + album.block(angiograms, "pairs") +
            "<p class=\"sub\">The lumen as X-ray, filled with contrast medium, nothing else in the "
-           "beam; parallel rays. One scale of grey.</p>\n";
+           "beam, diluted where a vessel is wide; parallel rays. One scale of grey.</p>\n";
   return out;
 }
 
@@ -183,7 +186,8 @@ std::string make_page(const ReportContent& content, const Figures& figures,
   page += detail::section("Dilation", moments_section(album, figures.moments) +
                                           album.block(figures.contact, "stack") +
                                           album.block(figures.sequence, "stack"));
-  page += detail::section("Working view", view_section(content, album, figures.angiograms));
+  page +=
+      detail::section("Working view", view_section(content, metrics, album, figures.angiograms));
   page += scene;
   page += detail::section("Diameter along the vessel",
                           detail::svg_for_page(detail::diameter_chart(content, metrics)));

@@ -1,7 +1,8 @@
 #include "centerline/detail/places.hpp"
 
 #include <cmath>
-#include <cstddef>
+
+#include "core/text.hpp"
 
 namespace angio::centerline {
 
@@ -11,16 +12,9 @@ std::string in_words(const Vec3& place) {
 }
 
 std::string at_places(const std::vector<Vec3>& places) {
-  constexpr std::size_t kMost = 4;
-  const std::size_t named = places.size() > kMost ? kMost - 1 : places.size();
-  std::string words = "at ";
-  for (std::size_t i = 0; i < named; ++i) {
-    if (i > 0) words += i + 1 == places.size() ? " and " : ", ";
-    words += in_words(places[i]);
-  }
-  if (named < places.size())
-    words += " and " + std::to_string(places.size() - named) + " other places";
-  return words;
+  std::vector<std::string> words;
+  for (const Vec3& place : places) words.push_back(in_words(place));
+  return "at " + list_a_few(words, "places");
 }
 
 }  // namespace angio::centerline

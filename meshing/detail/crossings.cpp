@@ -175,24 +175,6 @@ Pairs remesh_crossings(SurfaceDraft& draft, const SurfaceTarget& target, const P
   return find_faults(draft.mesh, put_back(draft, patch));  // the patch holds all that crossed
 }
 
-std::set<int> rims_of(const SurfaceDraft& draft) {
-  std::set<int> rims(draft.rim.begin(), draft.rim.end());
-  rims.erase(-1);
-  return rims;
-}
-
-void warn_of_lost_rims(const std::set<int>& before, const std::set<int>& after,
-                       std::vector<std::string>& warnings) {
-  std::string lost;
-  for (const int rim : before)
-    if (!after.contains(rim)) lost += (lost.empty() ? "" : ", ") + name_of_end(rim);
-  if (!lost.empty())
-    warnings.push_back(
-        "these ends of lines stay closed, because the lumen there is finer than the image can "
-        "show: " +
-        lost);
-}
-
 /// Cuts out and closes anew, wider each time, until no fault is left. @return number of places
 int cut_and_close(SurfaceDraft& draft, Pairs pairs,
                   Pairs (*find)(const TriangleMesh&, const std::vector<char>&)) {
@@ -213,8 +195,7 @@ int cut_and_close(SurfaceDraft& draft, Pairs pairs,
 }  // namespace
 
 int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
-                      const std::vector<std::array<int, 2>>& others,
-                      std::vector<std::string>& warnings) {
+                      const std::vector<std::array<int, 2>>& others) {
   constexpr int kRemeshings = 2, kAgain = 2;
   Pairs pairs = others;
   if (others.empty()) {
@@ -223,14 +204,12 @@ int resolve_crossings(SurfaceDraft& draft, const SurfaceTarget& target,
       pairs = remesh_crossings(draft, target, pairs);
   }
   if (pairs.empty()) return 0;
-  const std::set<int> rims = rims_of(draft);
   int closed_count = cut_and_close(draft, pairs, &find_faults);
   Pairs left = air_mesh::self_intersections(draft.mesh);
   for (int again = 0; again < kAgain && !left.empty(); ++again) {
     closed_count += cut_and_close(draft, left, &find_faults);
     left = air_mesh::self_intersections(draft.mesh);
   }
-  warn_of_lost_rims(rims, rims_of(draft), warnings);
   if (left.empty()) return closed_count;
   const Triangle& first = draft.mesh.triangles[std::size_t(left.front()[0])];
   const Vec3& at = draft.mesh.vertices[std::size_t(first[0])];

@@ -11,6 +11,7 @@
 #include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "core/surface_rims.hpp"
+#include "core/text.hpp"
 #include "meshing/detail/fill_hole.hpp"
 #include "meshing/detail/soup.hpp"
 #include "meshing/repair_surface.hpp"
@@ -159,9 +160,7 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
   for (const LineEnd& end : ends) tips.push_back(end.tip);
   const TriangleMesh whole = std::move(draft.mesh);
   EndOpener opener(whole, tips);
-  std::string joined;
-  std::string closed;
-  std::size_t joined_count = 0;
+  std::vector<std::string> joined, closed;
   for (std::size_t e = 0; e < ends.size(); ++e) {
     if (std::find(draft.rim.begin(), draft.rim.end(), int(e)) != draft.rim.end()) continue;
     EndOpener::Cut cut = opener.best_cut(planes_to_try(tree, ends[e]), ends[e].radius, int(e));
@@ -170,12 +169,10 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
       opener.plan(std::move(cut));
     } else {
       const bool goes_on = cut.verdict == EndOpener::Verdict::no_end;
-      if (goes_on) ++joined_count;
-      std::string& list = goes_on ? joined : closed;
-      list += (list.empty() ? "" : ", ") + name_of_end(int(e)) + place_in_words(ends[e].tip);
+      (goes_on ? joined : closed).push_back(name_of_end(int(e)) + place_in_words(ends[e].tip));
     }
   }
-  if (!ends.empty() && joined_count == ends.size())
+  if (!ends.empty() && joined.size() == ends.size())
     throw InputError(
         "the lumen has no end: wherever a line ends it goes on, into another vessel or into itself "
         "(vessels that touch, or a ring). Give one with an inlet and an outlet, or cut it open");
@@ -184,12 +181,12 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
     warnings.push_back(
         "these ends of lines are no ends of the lumen, which goes on beyond them and joins another "
         "vessel (a loop, or vessels that touch); they stay closed: " +
-        joined);
+        list_a_few(joined, "ends"));
   if (!closed.empty())
     warnings.push_back(
         "these ends of lines stay closed, because no section across the line there is that of one "
         "vessel: " +
-        closed);
+        list_a_few(closed, "ends"));
 }
 
 }  // namespace angio::meshing::detail

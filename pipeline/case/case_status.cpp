@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/error.hpp"
 #include "formats/case_file.hpp"
 #include "pipeline/case/metrics.hpp"
 
@@ -33,6 +34,15 @@ std::string doubt_of_vessels(const StageFiles& files, const RunRecord& record) {
 bool is_untreated(const CaseFolder& case_folder) {
   return case_folder.exists(kPlacement) &&
          !read_json(case_folder.path(kPlacement)).contains("balloon");
+}
+
+void refuse_untreated(const CaseFolder& case_folder) {
+  if (!is_untreated(case_folder)) return;
+  const std::string reason = read_json(case_folder.path(kPlacement)).value("status_reason", "");
+  throw InputError(
+      fmt::format("{} has no simulation, because {}. Try {}", case_folder.root().string(),
+                  reason.empty() ? "no balloon could be placed" : reason, kToTreatAnyway),
+      ExitCode::no_input);
 }
 
 CaseStatus case_status(const StageFiles& files, const RunRecord& record) {

@@ -26,4 +26,12 @@ CaseStatus case_status(const StageFiles& files, const RunRecord& record);
 /// Has the stage meshing found no place for a balloon? Then there is nothing to simulate.
 bool is_untreated(const CaseFolder& case_folder);
 
+/// What brings a balloon to where none was placed.
+inline constexpr const char* kToTreatAnyway =
+    "another place (--set lesion.centerline=N lesion.abscissa_mm=S), a balloon of your own (--set "
+    "balloon.nominal_diameter_mm=D balloon.length_mm=L), or more of the vessel in the input";
+
+/// @throws InputError with the reason, where a case has nothing to simulate
+void refuse_untreated(const CaseFolder& case_folder);
+
 }  // namespace angio::pipeline

@@ -1,7 +1,10 @@
 #include "pipeline/case/hidden_input.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <set>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -11,10 +14,52 @@ namespace angio::pipeline {
 namespace fs = std::filesystem;
 namespace {
 
-void replace_all(std::string& text, const std::string& what, const std::string& by) {
+/// Would a word go on from one character to the next? Letters (of any alphabet) and digits do.
+bool goes_on(char before, char after) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto is_letter = [](char c) {
+    const auto code = static_cast<unsigned char>(c);
+    return code >= 0x80 || std::isalpha(code) != 0;
+  };
+  return (is_letter(before) && is_letter(after)) || (is_digit(before) && is_digit(after));
+}
+
+/// Replaces `what` where `stands(first, end)` says that it stands for itself.
+template <class Stands>
+void replace_all(std::string& text, const std::string& what, const std::string& by,
+                 const Stands& stands) {
   if (what.empty()) return;
-  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size()))
-    text.replace(at, what.size(), by);
+  for (auto at = text.find(what); at != std::string::npos;) {
+    const bool is_it = stands(at, at + what.size());
+    if (is_it) text.replace(at, what.size(), by);
+    at = text.find(what, is_it ? at + by.size() : at + 1);
+  }
+}
+
+void replace_paths(std::string& text, const std::string& what, const std::string& by) {
+  replace_all(text, what, by, [](std::size_t, std::size_t) { return true; });
+}
+
+/// Whole words only: no folder "in" is in "inlet".
+void replace_names(std::string& text, const std::string& what, const std::string& by) {
+  replace_all(text, what, by, [&](std::size_t first, std::size_t end) {
+    return (first == 0 || !goes_on(text[first - 1], text[first])) &&
+           (end == text.size() || !goes_on(text[end - 1], text[end]));
+  });
+}
+
+/// Only as a part of a path, or in quotes.
+void replace_quoted(std::string& text, const std::string& what, const std::string& by) {
+  constexpr std::string_view kQuotes = "\"'`";
+  replace_all(text, what, by, [&](std::size_t first, std::size_t end) {
+    const char before = first > 0 ? text[first - 1] : ' ',
+               after = end < text.size() ? text[end] : ' ';
+    const auto ends = [&](char c) {
+      return c == '/' || c == ' ' || kQuotes.find(c) < kQuotes.size();
+    };
+    return ends(before) && ends(after) && (before != ' ' || after == '/') &&
+           (after != ' ' || before == '/');
+  });
 }
 
 /// The input's path in every form that a message could have it in.
@@ -28,10 +73,10 @@ std::vector<std::string> forms_of(const fs::path& input) {
   return forms;
 }
 
-/// Names in a folder and, where it is a file, its own; as many as a message could be about.
+/// Names in a folder; as many as a message could be about.
 std::vector<std::string> names_in(const fs::path& input) {
   constexpr std::size_t kMost = 200'000;
-  std::vector<std::string> names = {input.filename().string()};
+  std::vector<std::string> names;
   std::error_code error;
   auto entry =
       fs::recursive_directory_iterator(input, fs::directory_options::skip_permission_denied, error);
@@ -47,20 +92,56 @@ bool tells(const std::string& name) {
   return name.size() > 3 && name.find_first_of("0123456789._- ") != std::string::npos;
 }
 
+/// Words that messages are made of, as an input's folder may be called, and nobody is: what they
+/// say must stay readable.
+bool is_word_of_messages(const std::string& name) {
+  static const std::set<std::string> kWords = {
+      "a",      "all",     "an",      "and",   "another", "are",      "artery", "as",
+      "at",     "balloon", "be",      "been",  "beside",  "but",      "by",     "can",
+      "cannot", "case",    "cm",      "could", "CT",      "ct",       "data",   "diameter",
+      "DICOM",  "dicom",   "edge",    "end",   "ends",    "file",     "files",  "folder",
+      "frame",  "frames",  "from",    "give",  "has",     "have",     "here",   "holds",
+      "if",     "image",   "images",  "in",    "inlet",   "input",    "is",     "it",
+      "its",    "label",   "labels",  "least", "length",  "lesion",   "line",   "lines",
+      "lumen",  "mask",    "mesh",    "mm",    "more",    "MR",       "mr",     "narrow",
+      "no",     "not",     "of",      "on",    "one",     "only",     "or",     "out",
+      "outlet", "path",    "pieces",  "place", "places",  "points",   "radius", "run",
+      "scan",   "series",  "so",      "some",  "stage",   "stenosis", "study",  "surface",
+      "than",   "that",    "the",     "there", "this",    "to",       "tree",   "unit",
+      "up",     "vessel",  "vessels", "view",  "views",   "volume",   "voxel",  "voxels",
+      "wall",   "was",     "where",   "with",  "within",  "XA",       "xa"};
+  return kWords.contains(name);
+}
+
+void sort_longest_first(std::vector<std::string>& names) {
+  std::sort(names.begin(), names.end(),
+            [](const std::string& a, const std::string& b) { return a.size() > b.size(); });
+}
+
 }  // namespace
 
 std::string without_input(std::string message, const std::string& input) {
   if (input.empty() || input.starts_with(kPhantomPrefix)) return message;
   std::vector<std::string> forms = forms_of(input);
-  std::sort(forms.begin(), forms.end(),
-            [](const std::string& a, const std::string& b) { return a.size() > b.size(); });
-  for (const std::string& form : forms)
-    if (form.size() > 1) replace_all(message, form, "INPUT");
+  sort_longest_first(forms);
+  for (const std::string& form : forms) {
+    if (form.find('/') != std::string::npos && form.size() > 1)
+      replace_paths(message, form, "INPUT");
+    else if (is_word_of_messages(form))
+      replace_quoted(message, form, "INPUT");
+    else if (form != "." && form != "..")
+      replace_names(message, form, "INPUT");
+  }
   std::vector<std::string> names = names_in(input);
-  std::sort(names.begin(), names.end(),
-            [](const std::string& a, const std::string& b) { return a.size() > b.size(); });
-  for (const std::string& name : names)
-    if (tells(name) || name == fs::path(input).filename()) replace_all(message, name, "FILE");
+  std::erase_if(names, [](const std::string& name) { return !tells(name); });
+  for (const std::string& form : forms) {
+    const fs::path own = fs::path(form).filename();
+    if (!is_word_of_messages(own.string())) names.push_back(own.string());
+    if (tells(own.stem().string()))
+      names.push_back(own.stem().string());  // a header's data beside it
+  }
+  sort_longest_first(names);
+  for (const std::string& name : names) replace_names(message, name, "FILE");
   return message;
 }
 

@@ -113,19 +113,23 @@ json mesh_metrics(const meshing::LumenMesh& lumen,
   return mesh;
 }
 
-json stenosis_at_least(const centerline::Lesion& lesion, double resolution_mm) {
-  if (lesion.mld_mm >= resolution_mm) return nullptr;
-  return std::max(0.0, 100.0 * (1.0 - resolution_mm / lesion.reference_diameter_mm));
+double stenosis_of_voxel(double resolution_mm, double reference_diameter_mm) {
+  return std::max(0.0, 100.0 * (1.0 - resolution_mm / reference_diameter_mm));
 }
 
-json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm) {
+json lesion_metrics(const centerline::Lesion& lesion, const CenterlinePath& path,
+                    const centerline::Resolution& resolution) {
+  const bool is_unmeasured = centerline::is_unmeasured(lesion, path, resolution);
+  const json at_least =
+      is_unmeasured ? json(stenosis_of_voxel(resolution.longest_mm, lesion.reference_diameter_mm))
+                    : json(nullptr);
   return {{"centerline_id", lesion.path_id},
           {"abscissa_mm", lesion.abscissa_mm},
           {"mld_mm", lesion.mld_mm},
           {"mla_mm2", lesion.mla_mm2},
-          {"resolution_mm", positive_or_null(resolution_mm)},
-          {"mld_below_resolution", lesion.mld_mm < resolution_mm},
-          {"stenosis_at_least_percent", stenosis_at_least(lesion, resolution_mm)},
+          {"resolution_mm", positive_or_null(resolution.longest_mm)},
+          {"mld_below_resolution", is_unmeasured},
+          {"stenosis_at_least_percent", at_least},
           {"image_mld_mm", lesion.mld_mm},
           {"image_mla_mm2", lesion.mla_mm2},
           {"reference_diameter_mm", lesion.reference_diameter_mm},
@@ -152,6 +156,15 @@ std::vector<std::string> metrics_files() {
 
 namespace {
 
+/// The lumen of the wall may be narrower than the image's: what is below a voxel is not measured.
+void mark_unmeasured(json& lesion) {
+  const json &resolution = lesion["resolution_mm"], &mld = lesion["mld_mm"];
+  if (!resolution.is_number() || !mld.is_number() || mld >= resolution) return;
+  lesion["mld_below_resolution"] = true;
+  lesion["stenosis_at_least_percent"] =
+      stenosis_of_voxel(resolution.get<double>(), lesion.at("reference_diameter_mm").get<double>());
+}
+
 /// Everything but the standard deviation of the throat.
 json measured_metrics(const StageFiles& files, const centerline::LesionOptions& lesion,
                       const json& computed, const RunRecord& record) {
@@ -167,7 +180,8 @@ json measured_metrics(const StageFiles& files, const centerline::LesionOptions& 
     const centerline::Resolution resolution = case_resolution(files);
     const auto lesions =
         centerline::find_lesions(tree, centerline::lesion_options(lesion, resolution));
-    metrics["lesion"].update(lesion_metrics(lesions.front(), resolution.longest_mm));
+    metrics["lesion"].update(
+        lesion_metrics(lesions.front(), path_of(tree, lesions.front().path_id), resolution));
     return metrics;
   }
   const json placement = read_json(files.path(file::kPlacement));
@@ -183,6 +197,7 @@ json measured_metrics(const StageFiles& files, const centerline::LesionOptions& 
   const json summary = read_json(files.path(file::kSummary));
   metrics["balloon"].update(summary.at("balloon"));
   for (const char* group : {"lesion", "peak", "result"}) metrics[group].update(summary.at(group));
+  mark_unmeasured(metrics["lesion"]);
   metrics["simulation"].update(summary.at("simulation"));
   if (summary.contains("wall")) metrics["wall"] = summary.at("wall");
   add_timing(metrics["simulation"], record);

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "centerline/centerline.hpp"
+#include "centerline/resolution.hpp"
 #include "meshing/lumen_volume.hpp"
 #include "meshing/meshing.hpp"
 #include "pipeline/case/case_folder.hpp"
@@ -25,15 +25,15 @@ nlohmann::json collect_metrics(const StageFiles& files, const centerline::Lesion
 /// The same where no stage has left a number yet.
 nlohmann::json empty_metrics();
 
-/// The percent diameter stenosis of a throat of a voxel where the lesion's own is narrower, so not
-/// measured; else null.
-nlohmann::json stenosis_at_least(const centerline::Lesion& lesion, double resolution_mm);
+/// The percent diameter stenosis of a throat of a voxel, which is known of one that is narrower.
+double stenosis_of_voxel(double resolution_mm, double reference_diameter_mm);
 
 /// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
 nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,
                             const std::optional<meshing::LumenVolume>& volume);
-/// A lesion under the names of metrics.json. @param resolution_mm  of the scan; 0: none
-nlohmann::json lesion_metrics(const centerline::Lesion& lesion, double resolution_mm);
+/// A lesion under the names of metrics.json. @param path  that it is on
+nlohmann::json lesion_metrics(const centerline::Lesion& lesion, const CenterlinePath& path,
+                              const centerline::Resolution& resolution);
 
 /// A JSON file of the case. @throws InputError naming the file if it is missing or damaged
 nlohmann::json read_json(const std::filesystem::path& file);

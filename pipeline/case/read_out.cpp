@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/units.hpp"
+#include "pipeline/case/case_status.hpp"
 #include "pipeline/case/doubts.hpp"
 
 namespace angio::pipeline {
@@ -85,6 +86,14 @@ std::string to_doubt(const json& metrics, const RunRecord& record) {
   return line;
 }
 
+/// Why there is no balloon in the vessel, and what would bring one there.
+std::vector<std::string> why_untreated(const json& metrics, const RunRecord& record) {
+  if (!record.is(Stage::simulation, "skipped") || !metrics.at("status_reason").is_string())
+    return {};
+  return {"result   none is simulated: " + metrics["status_reason"].get<std::string>(),
+          std::string("to try   ") + kToTreatAnyway};
+}
+
 }  // namespace
 
 std::vector<std::string> read_out(const json& metrics, const RunRecord& record) {
@@ -93,7 +102,7 @@ std::vector<std::string> read_out(const json& metrics, const RunRecord& record) 
                              has_number(metrics, "lesion", "reference_diameter_mm") &&
                              record.is(Stage::simulation, "done") &&
                              metrics.at("status").is_string();
-  if (!was_simulated) return {};
+  if (!was_simulated) return why_untreated(metrics, record);
   std::vector<std::string> lines{before(metrics), after(metrics)};
   const std::string view = working_view(metrics);
   if (!view.empty()) lines.push_back(view);

@@ -14,7 +14,8 @@ namespace angio::pipeline {
 ///
 /// @param metrics  metrics.json (docs/contract.md)
 /// @param record   whose stages have their warnings
-/// @return three lines, four where there is a view; none where no treatment was simulated
+/// @return three lines, four where there is a view; where there was nothing to simulate, why, and
+///         what to try; none before that is known
 std::vector<std::string> read_out(const nlohmann::json& metrics, const RunRecord& record);
 
 }  // namespace angio::pipeline

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,9 @@ namespace angio::pipeline {
 centerline::Resolution resolution_of(const Volume<float>& volume);
 /// Of the scan or the surface that the case's lumen was found in.
 centerline::Resolution case_resolution(const StageFiles& files);
-/// What that reads.
+/// The places that Resolution::narrow_lps_mm is of, for case_resolution.
+void write_narrow_places(const std::filesystem::path& file, const std::vector<Vec3>& places);
+/// What case_resolution reads.
 std::vector<std::string> resolution_files();
 
 }  // namespace angio::pipeline

@@ -19,7 +19,11 @@ constexpr const char* kStyle = R"(
 :root{color-scheme:light dark;--line:#8886;--soft:#8881;--bad:#c33;--doubt:#a70}
 body{font:15px/1.4 system-ui,sans-serif;margin:1.5rem}h1{font-size:1.4rem}h2{font-size:1.1rem}
 .tools{display:flex;flex-wrap:wrap;gap:1rem;margin:1rem 0}input,select{font:inherit;padding:.2em .4em}
-.wide{overflow:auto;max-height:85vh;max-width:100%;border:1px solid var(--line)}
+.wide{overflow:auto;max-height:85vh;max-width:100%;border:1px solid var(--line);
+background:linear-gradient(270deg,Canvas 30%,transparent) 100% 0/60px 100% local,
+linear-gradient(270deg,#8888,transparent) 100% 0/20px 100% scroll;background-repeat:no-repeat}
+.wide::-webkit-scrollbar{width:12px;height:12px}.wide::-webkit-scrollbar-track{background:var(--soft)}
+.wide::-webkit-scrollbar-thumb{background:#8888;border-radius:6px}
 table{border-collapse:separate;border-spacing:0}td,th{border-bottom:1px solid var(--line);padding:.3em .6em;
 text-align:right;vertical-align:middle}thead th{position:sticky;top:0;background:Canvas;z-index:1}
 tr>:first-child{position:sticky;left:0;background:Canvas;border-right:1px solid var(--line);min-width:5rem;max-width:40vw;overflow-wrap:break-word}

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "core/error.hpp"
+#include "pipeline/case/case_status.hpp"
 #include "pipeline/cli/stale_note.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "viewer/case_figures.hpp"
@@ -25,6 +26,7 @@ CLI::App& add_figure_command(CLI::App& app, FigureArguments& a) {
 int do_figure(const FigureArguments& a) {
   Reporter reporter(a.shared.style());
   reporter.begin_stage("figure");
+  refuse_untreated(CaseFolder(a.case_folder));
   note_if_stale(a.case_folder, reporter);
   for (const auto& file : viewer::write_case_figures(a.case_folder, a.folder, reporter.progress()))
     reporter.result(file.string());

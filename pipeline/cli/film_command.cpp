@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "formats/tokens.hpp"
+#include "pipeline/case/case_status.hpp"
 #include "pipeline/cli/stale_note.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "viewer/film.hpp"
@@ -64,6 +65,7 @@ int do_film(const FilmArguments& a) {
   check(options, a);
   Reporter reporter(a.shared.style());
   reporter.begin_stage("film");
+  refuse_untreated(CaseFolder(a.case_folder));
   note_if_stale(a.case_folder, reporter);
   viewer::write_film(a.case_folder, a.film, options, reporter.progress());
   reporter.result(a.film.string());

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
 #include "formats/case_file.hpp"
+#include "pipeline/case/case_status.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/stages/reporter.hpp"
 #include "pipeline/stages/run_case.hpp"
@@ -21,14 +22,15 @@ namespace {
 simulation::LiveSimulation load_live(const LiveArguments& a, double& rated_burst_atm,
                                      simulation::SimulationOptions& options) {
   const CaseFolder folder(a.case_folder);
+  refuse_untreated(folder);
   const SimulationSettings settings(case_config(folder));
   const StageFiles files(folder, {file::kCenterlines, file::kPlacement, file::kBalloon,
                                   file::kGuidewire, file::kRegion, file::kAir, file::kLayeredWall});
   const nlohmann::json placement =
       files.exists(file::kPlacement) ? read_json(files.path(file::kPlacement)) : nlohmann::json();
   if (!placement.contains("balloon"))
-    throw InputError(fmt::format("{0} has no balloon in its vessel yet (its meshes are missing, or "
-                                 "no balloon could be placed). Run `angio mesh {0}` first",
+    throw InputError(fmt::format("{0} has no balloon in its vessel yet (its meshes are missing). "
+                                 "Run `angio mesh {0}` first",
                                  a.case_folder.string()),
                      ExitCode::no_input);
   simulation::SimulationModel model = load_simulation_model(files, placement);
@@ -85,7 +87,9 @@ CLI::App& add_live_command(CLI::App& app, LiveArguments& a) {
       .add_option("--keys", a.options.keys,
                   "keys pressed at the start, by X's names: --keys Up,Up,Right")
       ->delimiter(',');
-  command.add_option("--screenshot", a.options.screenshot, "the last picture, as PNG")
+  command
+      .add_option("--screenshot", a.options.screenshot,
+                  "the last picture, as PNG; without --seconds the first, and it ends")
       ->type_name("FILE");
   add_output_options(command, a.shared);
   return command;

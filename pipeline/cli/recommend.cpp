@@ -334,6 +334,11 @@ std::string recommendation_words(const std::vector<CandidateResult>& results) {
                     whose.size() == results.size() ? std::string("all")
                                                    : fmt::format("{}", fmt::join(whose, ", and ")),
                     note);
+  if (!results.empty() && results[0].ranked.front > 0)
+    text +=
+        "Front: of candidates that miss as many limits, those of front 1 are beaten by none (as "
+        "good in residual stenosis, recoil, wall over its strength and pressure behind the lesion, "
+        "and better in one of them), those of front 2 by front 1 alone.\n";
   return text + "A comparison of simulations for research, not medical advice.\n";
 }
 

@@ -105,10 +105,12 @@ std::optional<TriangleMesh> narrowed_lumen(StageWork& work, const CenterlineSett
   return meshing::narrow_lumen(lumen.capped, path_of(tree, narrowing.path_id), narrowing, percent);
 }
 
-json to_json(const std::vector<centerline::Lesion>& lesions, double resolution_mm) {
+json to_json(const std::vector<centerline::Lesion>& lesions, const CenterlineTree& tree,
+             const centerline::Resolution& resolution) {
   json list = json::array();
   for (const centerline::Lesion& lesion : lesions)
-    if (lesion.is_stenosis) list.push_back(lesion_metrics(lesion, resolution_mm));
+    if (lesion.is_stenosis)
+      list.push_back(lesion_metrics(lesion, path_of(tree, lesion.path_id), resolution));
   return list;
 }
 
@@ -239,7 +241,7 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   tell_of_doubtful(work, lesions);
   tell_of_diffuse(work, lesions);
   write_text_atomically(work.out / "lesions.json",
-                        to_json(lesions, resolution.longest_mm).dump(2) + "\n");
+                        to_json(lesions, result.tree, resolution).dump(2) + "\n");
 }
 
 }  // namespace angio::pipeline

@@ -43,11 +43,11 @@ struct Placement {
 };
 
 /// What the simulation and the metrics must know of the placement beyond the meshes.
-json placement_json(double resolution_mm, const CenterlinePath& path,
+json placement_json(const centerline::Resolution& resolution, const CenterlinePath& path,
                     const meshing::LumenMesh& lumen,
                     const std::optional<meshing::LumenVolume>& volume, const Placement& placement) {
   const centerline::Lesion& lesion = placement.lesion;
-  json result = {{"lesion", lesion_metrics(lesion, resolution_mm)},
+  json result = {{"lesion", lesion_metrics(lesion, path, resolution)},
                  {"mesh", mesh_metrics(lumen, volume)},
                  {"status", placement.status},
                  {"status_reason", placement.reason}};
@@ -194,8 +194,8 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
 
 /// What is to be told of a balloon that was placed.
 void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
-                     const std::vector<centerline::Lesion>& lesions, double resolution_mm,
-                     Placement& placement) {
+                     const std::vector<centerline::Lesion>& lesions, const CenterlinePath& path,
+                     const centerline::Resolution& resolution, Placement& placement) {
   const centerline::Lesion& lesion = placement.lesion;
   keep(work.warnings, placement.setup->warnings);
   constexpr double kMuchTooLarge = 1.5;
@@ -205,12 +205,13 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
     work.warnings.push_back(fmt::format(
         "the balloon's nominal diameter, {:.2f} mm, is {:.1f} times the vessel's at the lesion",
         nominal, to_artery));
-  if (lesion.mld_mm < resolution_mm)
+  if (centerline::is_unmeasured(lesion, path, resolution))
     work.warnings.push_back(fmt::format(
         "{} {} ({:.2f} mm): its diameter is not measured, and the stenosis is at least {:.0f} %",
         kUnmeasuredThroat,
         has_surface_input(work.files) ? "the voxels that the surface was made from" : "a voxel",
-        resolution_mm, stenosis_at_least(lesion, resolution_mm).get<double>()));
+        resolution.longest_mm,
+        stenosis_of_voxel(resolution.longest_mm, lesion.reference_diameter_mm)));
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(
@@ -263,7 +264,8 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
     filling.run([&] { filled = fill_lumen(settings.get<&Config::lumen_volume>(), lumen); });
 
   Placement placement = place_on_a_lesion(work, settings, tree, lumen, lesions);
-  if (placement.setup) tell_of_balloon(work, lesion, lesions, resolution.longest_mm, placement);
+  const CenterlinePath& path = path_of(tree, placement.lesion.path_id);
+  if (placement.setup) tell_of_balloon(work, lesion, lesions, path, resolution, placement);
   if (placement.setup && settings.get<&Config::wall_model>() == simulation::WallModel::layered) {
     const meshing::WallLayerOptions layers = wall_layer_options(
         settings.get<&Config::wall_layers>(), settings.get<wall_thickness_ratio>());
@@ -279,10 +281,9 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
   keep(work.warnings, filled.warnings);
   if (filled.volume) write_lumen_volume(work.out, *filled.volume);
   if (placement.setup) write_balloon_setup(work.out, *placement.setup);
-  const CenterlinePath& path = path_of(tree, placement.lesion.path_id);
   write_text_atomically(
       work.out / "placement.json",
-      placement_json(resolution.longest_mm, path, lumen, filled.volume, placement).dump(2) + "\n");
+      placement_json(resolution, path, lumen, filled.volume, placement).dump(2) + "\n");
 }
 
 }  // namespace angio::pipeline

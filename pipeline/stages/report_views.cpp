@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "angiogram/xray.hpp"
 #include "core/error.hpp"
+#include "core/statistics.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "formats/nrrd.hpp"
@@ -22,6 +24,7 @@ namespace {
 constexpr int kPixels = 480;
 constexpr double kLeastHalfSize = 12.0;  // [mm]
 constexpr double kRoom = 1.3;            // around what was measured
+constexpr double kRadii = 3.0;           // of the widest vessel there, at least
 
 angiogram::XrayFrame frame_of(const viewer::ReportContent& content) {
   const CenterlinePath& line = path_of(content.tree, content.lesion_path);
@@ -29,14 +32,27 @@ angiogram::XrayFrame frame_of(const viewer::ReportContent& content) {
   const Vec3 lesion = sample(line, content.lesion_abscissa_mm).point;
   for (const double abscissa : content.before.abscissa_mm)
     reach = std::max(reach, distance(sample(line, abscissa).point, lesion));
+  const double near = reach;
+  for (std::size_t i = 0; i < line.points.size(); ++i)
+    if (distance(line.points[i], lesion) <= near)
+      reach = std::max(reach, kRadii * line.equivalent_radius[i]);
   return {{}, lesion, kRoom * reach, kPixels};
 }
 
-viewer::Angiogram take(const TriangleMesh& closed, const angiogram::XrayFrame& frame,
-                       const std::string& when) {
-  return {when + ", " + angiogram::c_arm_label(frame.angles), frame.pixel_mm(), frame.pixels,
-          angiogram::transmissions(angiogram::chord_lengths(closed, frame),
-                                   angiogram::kContrastMedium)};
+/// The attenuation of contrast medium. Blood dilutes it where a vessel is wide: no more of the beam
+/// is taken away than shows the vessel's shape.
+double attenuation_for(const std::vector<std::vector<double>>& chords_mm) {
+  constexpr double kMostTaken = 2.0;  // in powers of e
+  constexpr double kPassed = 0.99;    // of the rays through the vessel
+  double widest = 0.0;
+  for (const std::vector<double>& chords : chords_mm) {
+    std::vector<double> inside;
+    std::copy_if(chords.begin(), chords.end(), std::back_inserter(inside),
+                 [](double chord) { return chord > 0.0; });
+    widest = std::max(widest, quantile(std::move(inside), kPassed, 0.0));
+  }
+  return widest > 0.0 ? std::min(angiogram::kContrastMedium, kMostTaken / widest)
+                      : angiogram::kContrastMedium;
 }
 
 viewer::XrayPicture xray_picture(const Volume<float>& stack, int slice, const json& place) {
@@ -85,13 +101,22 @@ viewer::CArmViews carm_views(const StageFiles& files, const CaseWorkingView& vie
   if (!content.moments.empty())
     after = angiogram::with_caps(formats::read_surface(files.path(file::kLumenAfter)).mesh);
   angiogram::XrayFrame frame = frame_of(content);
+  std::vector<std::vector<double>> chords;
+  const auto take = [&](const TriangleMesh& closed, const std::string& when) {
+    chords.push_back(angiogram::chord_lengths(closed, frame));
+    views.angiograms.push_back(
+        {when + ", " + angiogram::c_arm_label(frame.angles), frame.pixel_mm(), frame.pixels, {}});
+  };
   const auto add = [&](const angiogram::SeenSegment& seen) {
     frame.angles = seen.angles;
-    views.angiograms.push_back(take(before, frame, "Before"));
-    if (after) views.angiograms.push_back(take(*after, frame, "After"));
+    take(before, "Before");
+    if (after) take(*after, "After");
   };
   add(view.view->best);
   if (view.view->has_second) add(view.view->second);
+  const double attenuation = attenuation_for(chords);
+  for (std::size_t i = 0; i < chords.size(); ++i)
+    views.angiograms[i].transmission = angiogram::transmissions(std::move(chords[i]), attenuation);
   return views;
 }
 

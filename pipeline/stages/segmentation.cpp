@@ -6,6 +6,7 @@
 #include "formats/case_file.hpp"
 #include "formats/nrrd.hpp"
 #include "pipeline/case/input_kind.hpp"
+#include "pipeline/case/resolution.hpp"
 #include "pipeline/stages/surface_input.hpp"
 #include "segmentation/read_volume.hpp"
 #include "segmentation/segmentation.hpp"
@@ -46,6 +47,9 @@ void do_segmentation(StageWork& work, const SegmentationSettings& settings) {
   formats::write_nrrd(work.out / "volume.nrrd", volume);
   formats::write_nrrd(work.out / "lumen_mask.nrrd", result.mask);
   formats::write_nrrd(work.out / "lumen_level_set.nrrd", result.level_set);
+  if (!result.narrow_lps_mm.empty())
+    write_narrow_places(work.out / std::filesystem::path(file::kNarrowPlaces).filename(),
+                        result.narrow_lps_mm);
 }
 
 }  // namespace angio::pipeline

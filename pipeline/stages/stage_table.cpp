@@ -4,6 +4,7 @@
 #include "pipeline/case/flow.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/metrics.hpp"
+#include "pipeline/case/resolution.hpp"
 #include "pipeline/case/working_view.hpp"
 #include "pipeline/stages/centerline.hpp"
 #include "pipeline/stages/meshing.hpp"
@@ -20,12 +21,12 @@ std::vector<StageDefinition> vessel_stages() {
   std::vector<StageDefinition> table = {
       define_stage(Stage::reconstruction, {}, see_input, do_reconstruction),
       define_stage(Stage::segmentation, {file::kReconstructed}, see_input, do_segmentation),
-      define_stage(Stage::centerline, {file::kScan, file::kLevelSet, file::kGivenLumen},
-                   see_nothing, do_centerline, centerline_settings),
-      define_stage(Stage::meshing,
-                   {file::kScan, file::kLevelSet, file::kGivenLumen, file::kCenterlines,
-                    file::kNarrowedLumen},
-                   see_nothing, do_meshing),
+      define_stage(Stage::centerline, together({file::kLevelSet}, resolution_files()), see_nothing,
+                   do_centerline, centerline_settings),
+      define_stage(
+          Stage::meshing,
+          together({file::kLevelSet, file::kCenterlines, file::kNarrowedLumen}, resolution_files()),
+          see_nothing, do_meshing),
       define_stage(Stage::simulation,
                    {file::kCenterlines, file::kLumen, file::kBalloon, file::kGuidewire,
                     file::kRegion, file::kAir, file::kLayeredWall, file::kPlacement},

@@ -267,6 +267,23 @@ Pieces join_pieces(Volume<float>& phi, const FineGrid& fine, const Volume<std::u
   return find_pieces_inside(phi);
 }
 
+/// Whether a lumen is hardly wider than a voxel around a place: blur lets a narrower one come out
+/// half as wide again.
+bool is_thin_at(const Vec3& place_lps, const Volume<float>& level_set, const FineGrid& fine,
+                double voxel_mm) {
+  constexpr double kVoxels = 1.5;
+  const Vec3 index = level_set.geometry.index_from_lps(place_lps);
+  const int i = int(std::lround(index.x)), j = int(std::lround(index.y)),
+            k = int(std::lround(index.z));
+  float deepest = 0.0f;
+  for (int c = -fine.ratio[2]; c <= fine.ratio[2]; ++c)
+    for (int b = -fine.ratio[1]; b <= fine.ratio[1]; ++b)
+      for (int a = -fine.ratio[0]; a <= fine.ratio[0]; ++a)
+        if (level_set.geometry.contains(i + a, j + b, k + c))
+          deepest = std::min(deepest, level_set.at(i + a, j + b, k + c));
+  return -2.0 * double(deepest) < kVoxels * voxel_mm;
+}
+
 /// Moves a boundary, everywhere by the same way of half a step at most, until it holds the labels'
 /// volume.
 void match_volume(Volume<float>& distance, const Volume<std::uint8_t>& labels) {
@@ -325,6 +342,10 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
   const Pieces inside = join_pieces(phi, fine, input.tree, input.are_several, options, boundary);
   keep_tree_only(phi, inside, input.tree, fine.ratio, all_above);
   boundary.level_set = signed_distance(std::move(phi), kReachMm);
+  // What the rough boundary had to be joined at, the fit may have found wide.
+  std::erase_if(boundary.bridges_lps_mm, [&](const Vec3& place) {
+    return !is_thin_at(place, boundary.level_set, fine, widest);
+  });
   for (int a = 0; a < 3; ++a) boundary.blur_sd_mm[a] = blur.sd_voxels[a] * voxels.spacing[a];
   boundary.blur_is_told = blur.is_told;
   return boundary;

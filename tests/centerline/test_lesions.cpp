@@ -8,6 +8,7 @@
 #include <string>
 
 #include "centerline/centerline.hpp"
+#include "centerline/resolution.hpp"
 #include "core/error.hpp"
 #include "testing/centerline/shapes.hpp"
 #include "tests/centerline/random_trees.hpp"
@@ -242,7 +243,25 @@ TEST(FindLesions, LooksWhereTheUserSays) {
   EXPECT_THROW(find_lesions(tree, options), OptionError);
   options.abscissa_mm = -1.0;
   options.centerline = 7;
-  EXPECT_THROW(find_lesions(tree, options), OptionError);
+  try {
+    (void)find_lesions(tree, options);
+    FAIL();
+  } catch (const OptionError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("there is one path, number 0"));
+  }
+}
+
+TEST(IsUnmeasured, WhatIsBelowAVoxelOrWasKeptOpen) {
+  const auto tree = extract({straight_tube({0, 0, 0}, {0, 0, 30}, vessel(1.5, 0, 0.5, 0.2, 0.6))});
+  const Lesion lesion = find_lesions(tree, {}).front();
+  const CenterlinePath& path = tree.paths.front();
+  Resolution resolution = resolution_of_voxels({0.5, 0.5, 1.1});
+  EXPECT_FALSE(is_unmeasured(lesion, path, resolution));
+  resolution.narrow_lps_mm = {{0, 0, 25}, {9, 0, 15}};  // elsewhere, and in another vessel
+  EXPECT_FALSE(is_unmeasured(lesion, path, resolution));
+  resolution.narrow_lps_mm = {{0.2, 0, 15.5}};
+  EXPECT_TRUE(is_unmeasured(lesion, path, resolution));
+  EXPECT_TRUE(is_unmeasured(lesion, path, resolution_of_voxels({0.5, 0.5, 1.4})));
 }
 
 TEST(FindLesions, LeavesOutVesselsTooThinForABalloon) {

@@ -21,6 +21,13 @@ TEST(NearestName, IsTheFirstOfEquals) {
   EXPECT_EQ(nearest_name("bat", {"cart", "cat", "rat"}), "cat");
 }
 
+TEST(ListAFew, IsShortHoweverManyThereAre) {
+  EXPECT_EQ(list_a_few({"A"}, "ends"), "A");
+  EXPECT_EQ(list_a_few({"A", "B"}, "ends"), "A and B");
+  EXPECT_EQ(list_a_few({"A", "B", "C", "D"}, "ends"), "A, B, C and D");
+  EXPECT_EQ(list_a_few({"A", "B", "C", "D", "E"}, "ends"), "A, B, C and 2 other ends");
+}
+
 TEST(GuessName, IsNothingWhereNoneIsNear) {
   EXPECT_EQ(guess_name("lenght", {"length", "width"}), "length");
   EXPECT_EQ(guess_name("colour", {"length", "width"}), "");

@@ -152,6 +152,18 @@ TEST(PlaceBalloon, WhereNoneFitsIsAnInputError) {
                InputError);
 }
 
+TEST(PlaceBalloon, NamesNoPlaceWhereThereIsNone) {
+  const auto stub = test::make_tube(5.0, 0.3, [](double) { return 1.5; });
+  const LumenMesh lumen = mesh_lumen(stub.level_set, stub.tree, {});
+  try {
+    place_balloon(lumen, stub.tree, stub.tree.paths[0], 2.5, 2.0, 3.0, {});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("the vessel is too short for a balloon"));
+    EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("Choose a place from")));
+  }
+}
+
 /// Vessels side by side, fused into one flat lumen: half axes 2.6 and 1.1 mm, 30 mm along z, with a
 /// bulge of the upper wall over the middle. The first line runs in the lumen's middle, the others
 /// leave it at 2 mm and run 1.3 mm beside it.

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "core/atomic_file.hpp"
+#include "core/error.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/doubts.hpp"
 #include "pipeline/case/metrics.hpp"
@@ -71,6 +72,19 @@ TEST(CaseStatus, WithoutAPlaceForABalloonIsWhatMeshingSays) {
   EXPECT_EQ(small.status().status, "not_determined");
   EXPECT_EQ(small.status().reason, "too narrow");
   EXPECT_FALSE(is_untreated(DoneCase().folder));
+}
+
+TEST(CaseStatus, WithoutAPlaceForABalloonSaysWhyThereIsNothingToShow) {
+  const DoneCase small(R"({"status": "not_determined", "status_reason": "it is too narrow"})");
+  try {
+    refuse_untreated(small.folder);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("no simulation, because it is too narrow. Try "),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_NO_THROW(refuse_untreated(DoneCase().folder));
 }
 
 TEST(CaseStatus, OfATreatmentThatTwoRunsDisagreeOnIsNotDetermined) {
@@ -240,6 +254,16 @@ TEST(ReadOut, NamesTheWorkingViewWhereThereIsOne) {
   EXPECT_EQ(seen.lines()[2],
             "view     LAO 32 CRA 15: foreshortening 1 %, overlap 0 %, if the input's axes are the "
             "patient's");
+}
+
+TEST(ReadOut, SaysWhyNothingIsSimulated) {
+  TreatedCase left;
+  left.record.stages[Stage::simulation].status = "skipped";
+  left.metrics["status"] = "no_lesion";
+  left.metrics["status_reason"] = "no stenosis was found";
+  ASSERT_EQ(left.lines().size(), 2u);
+  EXPECT_EQ(left.lines()[0], "result   none is simulated: no stenosis was found");
+  EXPECT_TRUE(left.lines()[1].starts_with("to try   another place (--set lesion.centerline"));
 }
 
 TEST(ReadOut, IsSilentBeforeTheSimulation) {

@@ -124,6 +124,19 @@ TEST(HiddenInput, PathsAndNamesAreGone) {
             "phantom:straight is none");
 }
 
+TEST(HiddenInput, IsAWholeWord) {
+  const std::string note = "the inlet is not certain; there is no room in creases";
+  EXPECT_EQ(without_input(note, "in"), note);
+  EXPECT_EQ(without_input("moved, and corrected", "scans/cor"), "moved, and corrected");
+  EXPECT_EQ(without_input("cannot read cor: damaged", "scans/cor"), "cannot read FILE: damaged");
+  EXPECT_EQ(without_input("Ase is empty, the phase is not", "Ase"),
+            "INPUT is empty, the phase is not");
+  EXPECT_EQ(without_input("in/IM_1 is cut; in 'in' there is more, and in x/in/y", "in"),
+            "INPUT/IM_1 is cut; in 'INPUT' there is more, and in x/INPUT/y");
+  EXPECT_EQ(without_input("cannot read A_Name.raw", "x/A_Name.nhdr"), "cannot read FILE.raw");
+  EXPECT_EQ(without_input("cannot read Nachname_2.raw", "Nachname"), "cannot read INPUT_2.raw");
+}
+
 TEST(UnreadableFiles, BesideASeriesStopNobody) {
   if (geteuid() == 0) GTEST_SKIP() << "root reads everything";
   test::CommandFolder folder;

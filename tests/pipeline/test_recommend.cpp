@@ -161,6 +161,7 @@ TEST(Recommend, SaysWhereNoCandidateMeetsAllLimits) {
   EXPECT_EQ(results[0].missed.size(), 1U);
   EXPECT_EQ(results[2].row.status, "failed");
   EXPECT_THAT(recommendation_words(results), testing::HasSubstr("No candidate meets all limits"));
+  EXPECT_THAT(recommendation_words(results), testing::HasSubstr("Front: of candidates"));
   std::istringstream table(recommendation_table(results));
   const auto columns_of = [](const std::string& line) {
     std::istringstream words(line);

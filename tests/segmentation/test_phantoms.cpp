@@ -149,6 +149,7 @@ TEST(SegmentNarrowPhantom, AThroatBelowAVoxelStaysOpenAndIsTold) {
   EXPECT_LT(interpolate(result.level_set, sample(path, path.abscissa.back() - kEnd).point), -1.0);
   ASSERT_EQ(result.warnings.size(), 1u);
   EXPECT_NE(result.warnings[0].find("narrower than the voxels can show"), std::string::npos);
+  ASSERT_EQ(result.narrow_lps_mm.size(), 1u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Bar, SegmentPhantom,

@@ -43,6 +43,13 @@ std::vector<double> heights_of(const std::string& path) {
   return heights;
 }
 
+TEST(BarTicks, NameBothEnds) {
+  EXPECT_EQ(bar_ticks(0.0, 535.0), (std::vector<double>{0.0, 200.0, 400.0, 535.0}));
+  const std::vector<double> close = bar_ticks(0.0, 405.0);  // 400 has no room beside it
+  EXPECT_EQ(close.back(), 405.0);
+  EXPECT_LT(close[close.size() - 2], 400.0);
+}
+
 TEST(RoundTicks, CoverTheRangeInEqualRoundSteps) {
   for (const auto& [low, high] : std::vector<std::pair<double, double>>{
            {0, 1}, {0, 8.3}, {-3.2, 0.001}, {1e-7, 3e-7}, {0, 12345}, {14.2, 14.9}}) {

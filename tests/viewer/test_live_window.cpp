@@ -178,6 +178,13 @@ TEST_F(LiveWindowTest, EndsAfterItsTimeAndTellsBothRates) {
   EXPECT_DOUBLE_EQ(rates.last.pressure_atm, 8.0);
 }
 
+TEST_F(LiveWindowTest, EndsWithItsPictureWhereNoTimeIsGiven) {
+  options_.screenshot = folder_.path() / "live.png";
+  open();
+  EXPECT_LT(window_->run().seconds, 30.0);
+  EXPECT_TRUE(std::filesystem::exists(options_.screenshot));
+}
+
 TEST_F(LiveWindowTest, ASignalOrQClosesItAtOnce) {
   const ClosingSignals signals;
   for (const int signal : {SIGINT, SIGTERM, 0}) {

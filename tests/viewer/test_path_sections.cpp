@@ -6,6 +6,7 @@
 #include "testing/viewer/report_content.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/detail/path_sections.hpp"
+#include "viewer/detail/scale_length.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -45,6 +46,13 @@ TEST(PathSections, StandAtRightAnglesToABentLineAndDoNotTurnAboutIt) {
     const Vec3 before = sections[i > 0 ? i - 1 : 0].window.right;
     EXPECT_GT(dot(window.right, before), 0.99);
   }
+}
+
+TEST(ScaleLength, IsTheLongestRoundOneThatFits) {
+  EXPECT_DOUBLE_EQ(scale_length(9.9), 5.0);
+  EXPECT_DOUBLE_EQ(scale_length(10.0), 10.0);
+  EXPECT_DOUBLE_EQ(scale_length(3.0), 2.0);
+  EXPECT_DOUBLE_EQ(scale_length(0.3), 0.2);
 }
 
 TEST(SectionContours, OfATubeAreOneClosedCircleOfItsRadius) {

@@ -60,50 +60,51 @@ std::string without_pictures(std::string page) {
 using Files = std::map<std::string, std::string>;
 
 void expect_tells_what_a_reader_looks_for(const std::string& page) {
-  for (const char* words : {"Synthetic case",
-                            "angio 0.0.0-test",
-                            "Not for clinical use",
-                            "60 → 20 %",
-                            "1.20 → 2.40 mm",
-                            "at peak 2.90 mm, acute gain 1.20 mm, two runs within 0.010 mm",
-                            "18 % of the lumen at peak, two runs within 0.3 points",
-                            "2.395 to 2.405 mm",
-                            "0.54 mm",
-                            "3.00 × 12 mm",
-                            "8.0 atm",
-                            "Before",
-                            "At peak, 8.0 atm",
-                            "After",
-                            "Diameter along the vessel",
-                            "reference 3.00 mm",
-                            "MLD before 1.20 mm",
-                            "MLD after 2.40 mm",
-                            "MLD at peak 2.90 mm",
-                            "Balloon pressure",
-                            "pressure [atm]",
-                            "time [s]",
-                            "Minimal lumen area (MLA)",
-                            "4.52 mm²",
-                            "segmentation",
-                            "12.3 s",
-                            "0.72 → 0.95",
-                            "after 0.93 to 0.97; 0.80 and less limits flow",
-                            "FFR before 0.72",
-                            "FFR after 0.95",
-                            "not a measurement",
-                            "148 mL/min",
-                            "25.1 mmHg",
-                            "512 MiB",
-                            "LPS",
-                            "240 kPa",
-                            "Place along the vessel",
-                            "0.0 mm from the narrowest place. Diameter before 1.2",
-                            "rated burst pressure, 14.0 atm",
-                            "0.06 mm below what its chart says",
-                            "Working view",
-                            "shortens the lesion by 0 %; other vessels overlap 0 % of it",
-                            "Before, AP",
-                            "After, AP"})
+  for (const char* words :
+       {"Synthetic case",
+        "angio 0.0.0-test",
+        "Not for clinical use",
+        "60 → 20 %",
+        "1.20 → 2.40 mm",
+        "at peak 2.90 mm, acute gain 1.20 mm, two runs within 0.010 mm",
+        "18 % of the lumen at peak, two runs within 0.3 points",
+        "2.395 to 2.405 mm",
+        "0.54 mm",
+        "3.00 × 12 mm",
+        "8.0 atm",
+        "Before",
+        "At peak, 8.0 atm",
+        "After",
+        "Diameter along the vessel",
+        "reference 3.00 mm",
+        "MLD before 1.20 mm",
+        "MLD after 2.40 mm",
+        "MLD at peak 2.90 mm",
+        "Balloon pressure",
+        "pressure [atm]",
+        "time [s]",
+        "Minimal lumen area (MLA)",
+        "4.52 mm²",
+        "segmentation",
+        "12.3 s",
+        "0.72 → 0.95",
+        "after 0.93 to 0.97; 0.80 and less limits flow",
+        "FFR before 0.72",
+        "FFR after 0.95",
+        "not a measurement",
+        "148 mL/min",
+        "25.1 mmHg",
+        "512 MiB",
+        "LPS",
+        "240 kPa",
+        "Place along the vessel",
+        "0.0 mm from the narrowest place. Diameter before 1.2",
+        "rated burst pressure, 14.0 atm",
+        "0.06 mm below what its chart says",
+        "Working view",
+        "shortens the lesion by 0 %; other parts of the vessel overlap 0 % of it",
+        "Before, AP",
+        "After, AP"})
     EXPECT_TRUE(has(page, words)) << words;
 }
 
@@ -239,6 +240,10 @@ TEST(CaseHeadline, SaysWhatTheCaseIs) {
             "Stenosis of at least 75 % on line 0");
   EXPECT_EQ(headline(R"({"status":"no_lesion",)" + balloon + "}", "surface"),
             "Surface: no stenosis, trial of a 3.00 × 12 mm balloon");
+  EXPECT_EQ(headline(R"({"status":"no_lesion",
+                        "balloon":{"nominal_diameter_mm":16.5,"length_mm":16.5}})",
+                     "surface"),
+            "Surface: no stenosis, trial of a 16.50 × 16.5 mm balloon");
   EXPECT_EQ(headline(R"({"status":"no_lesion"})", "run"), "X-ray frames: no stenosis");
   EXPECT_EQ(headline(R"({"status":"not_determined"})", "volume"), "");
 }
@@ -313,7 +318,8 @@ TEST(Cards, OfWhatIsNotDeterminedTellTheRangeAndNoNumberOfIt) {
 TEST(Cards, OfAVesselWithoutALesionAreAMereTrial) {
   const auto told = [](const std::string& status) {
     return detail::headline(detail::Metrics(
-        R"({"lesion":{"mld_mm":1.2},"result":{"mld_mm":1.5},"status":")" + status + "\"}"));
+        R"({"lesion":{"mld_mm":1.2,"diameter_stenosis_percent":60},"result":{"mld_mm":1.5},"status":")" +
+        status + "\"}"));
   };
   EXPECT_TRUE(has(told("no_lesion"), "Trial inflation, not a treatment."));
   EXPECT_TRUE(has(told("no_lesion"), "1.20 → 1.50 mm"));
@@ -323,6 +329,17 @@ TEST(Cards, OfAVesselWithoutALesionAreAMereTrial) {
   EXPECT_FALSE(has(told("done"), "Trial"));
   EXPECT_TRUE(
       has(detail::headline(detail::Metrics(R"({"status":"no_lesion"})")), "no balloon was tried"));
+}
+
+TEST(Cards, WithoutABalloonTellNothingOfOne) {
+  const std::string cards =
+      detail::headline(detail::Metrics(R"({"status":"no_lesion","lesion":{"mld_mm":4.9,"mla_mm2":20,
+          "reference_diameter_mm":5.2},"peak":{"mld_mm":null},"result":{"mld_mm":null},
+          "balloon":{"nominal_diameter_mm":null,"peak_pressure_atm":null}})"));
+  EXPECT_TRUE(has(cards, ">4.90 mm<"));
+  EXPECT_TRUE(has(cards, ">reference diameter 5.20 mm<"));
+  for (const char* word : {"at peak", "gain", "recoil", "Balloon", "Peak pressure", "–"})
+    EXPECT_FALSE(has(cards, word)) << word;
 }
 
 TEST(Cards, TellBoundsOfAThroatThatIsNarrowerThanAVoxel) {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/statistics.hpp"
 #include "formats/text.hpp"
 #include "viewer/detail/canvas.hpp"
+#include "viewer/detail/scale_length.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -40,22 +42,23 @@ void write(Canvas& canvas, const std::string& words, Spot at) {
   canvas.write(words, at, kLetter, kInk);
 }
 
-/// The longest of 1, 2, 5, 10, ... mm that takes a quarter of the picture at most.
+/// A quarter of the picture long at most.
 void draw_scale(Canvas& canvas, double pixel_mm) {
-  const double room = 0.25 * canvas.width() * pixel_mm;
-  const double power = std::pow(10.0, std::floor(std::log10(room)));
-  const double digit = room >= 5.0 * power ? 5.0 : (room >= 2.0 * power ? 2.0 : 1.0);
-  const double length = digit * power / pixel_mm, y = canvas.height() - 14.0;
+  const double length_mm = scale_length(0.25 * canvas.width() * pixel_mm);
+  const double length = length_mm / pixel_mm, y = canvas.height() - 14.0;
   canvas.draw_line({{14.0, y}, {14.0 + length, y}}, kInk, 2);
-  write(canvas, formats::number_text(digit * power) + " mm", {14.0, y - 8.0});
+  write(canvas, formats::number_text(length_mm) + " mm", {14.0, y - 8.0});
 }
 
-/// An arrow from the upper left to the middle, where the lesion is.
+/// An arrow from the upper left to the middle, where the lesion is; pale around, so that it reads
+/// over a vessel.
 void draw_arrow(Canvas& canvas) {
   const double middle = 0.5 * canvas.width(), tip = middle - 0.035 * canvas.width(),
                tail = middle - 0.09 * canvas.width(), wing = 0.018 * canvas.width();
-  canvas.draw_line({{tail, tail}, {tip, tip}}, kInk, 2);
-  canvas.draw_line({{tip - wing, tip}, {tip, tip}, {tip, tip - wing}}, kInk, 2);
+  for (const auto& [color, width] : {std::pair(kPaper, 5), std::pair(kInk, 2)}) {
+    canvas.draw_line({{tail, tail}, {tip, tip}}, color, width);
+    canvas.draw_line({{tip - wing, tip}, {tip, tip}, {tip, tip - wing}}, color, width);
+  }
 }
 
 }  // namespace

@@ -4,17 +4,21 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/clinical_limits.hpp"
 #include "core/units.hpp"
 #include "formats/html.hpp"
 #include "formats/text.hpp"
+#include "viewer/detail/case_headline.hpp"
 #include "viewer/detail/tables.hpp"
 
 namespace angio::viewer::detail {
 namespace {
 
+/// Nothing of what has no value.
 std::string card(const std::string& value, const std::string& label, const std::string& detail) {
+  if (value == "–") return {};
   return "<div class=\"card\"><div class=\"value\">" + formats::escape_html(value) +
          "</div><div class=\"label\">" + formats::escape_html(label) +
          "</div><div class=\"detail\">" + formats::escape_html(detail) + "</div></div>";
@@ -63,6 +67,20 @@ std::string change(const Metrics& metrics, const char* key, const char* range_ke
                                            : known;
   if (!metrics.number("result", key)) return before + (before == "–" ? "" : unit);
   return before + " → " + told(metrics, key, range_key, decimals, unit);
+}
+
+/// Under a card: what there is to say of it.
+std::string joined(const std::vector<std::string>& parts) {
+  std::string words;
+  for (const std::string& part : parts)
+    if (!part.empty()) words += (words.empty() ? "" : ", ") + part;
+  return words;
+}
+
+/// "at peak 2.90 mm"; empty: nothing was simulated.
+std::string at_peak(const Metrics& metrics, const char* key, const char* unit) {
+  const auto value = metrics.number("peak", key);
+  return value ? "at peak " + shown(value, 2, unit) : std::string();
 }
 
 /// By how much two runs differ; nothing is said beyond the last digit shown.
@@ -157,11 +175,54 @@ std::string status_notice(const Metrics& metrics) {
 
 namespace {
 
+/// Empty: nothing was simulated.
+std::string gain(const Metrics& metrics) {
+  if (!metrics.number("result", "acute_gain_mm")) return {};
+  return "acute gain " + told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
+         agreement(metrics, "acute_gain_range_mm", 3, " mm");
+}
+
+std::string diameter_card(const Metrics& metrics, const std::string& reference) {
+  const std::string gained = gain(metrics);
+  std::string detail =
+      joined({reference, at_peak(metrics, "mld_mm", " mm") + beyond_balloon(metrics), gained});
+  if (!bound(metrics, "mld_mm", 2).empty())
+    detail += std::string(detail.empty() ? "" : ". ") +
+              "Before, the throat is narrower than the image's voxels: it is not measured" +
+              (gained.empty() ? "" : ", and the gain not certain");
+  return card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
+              detail);
+}
+
+/// What a balloon did; nothing where there was none.
+std::string balloon_cards(const Metrics& metrics) {
+  const auto balloon = [&](const char* key) { return metrics.number("balloon", key); };
+  std::string out;
+  if (metrics.number("result", "recoil_mm"))
+    out += card(told(metrics, "recoil_mm", nullptr, 2, " mm"), "Elastic recoil",
+                told(metrics, "recoil_percent", "recoil_range_percent", 0, " %") +
+                    " of the lumen at peak" +
+                    agreement(metrics, "recoil_range_percent", 1, " points"));
+  if (balloon("nominal_diameter_mm"))
+    out += card(shown(balloon("nominal_diameter_mm"), 2, "") + " × " +
+                    length_text(balloon("length_mm").value_or(0.0)) + " mm",
+                "Balloon",
+                balloon("balloon_to_artery_ratio")
+                    ? "balloon-to-artery ratio " + shown(balloon("balloon_to_artery_ratio"), 2, "")
+                    : "");
+  if (balloon("peak_pressure_atm"))
+    out += card(shown(balloon("peak_pressure_atm"), 1, " atm"), "Peak pressure",
+                balloon("peak_diameter_mm")
+                    ? "balloon at peak " + shown(balloon("peak_diameter_mm"), 2, " mm")
+                    : "");
+  if (const auto over = metrics.number("wall", "over_strength_percent"))
+    out += card(shown(over, 0, " %"), "Wall over its strength",
+                "of intima, media and adventitia where the balloon touches");
+  return out;
+}
+
 std::string headline_cards(const Metrics& metrics) {
   const auto lesion = [&](const char* key) { return metrics.number("lesion", key); };
-  const auto peak = [&](const char* key) { return metrics.number("peak", key); };
-  const auto result = [&](const char* key) { return metrics.number("result", key); };
-  const auto balloon = [&](const char* key) { return metrics.number("balloon", key); };
   const std::string status = metrics.text("status"),
                     reference =
                         "reference diameter " + shown(lesion("reference_diameter_mm"), 2, " mm");
@@ -170,34 +231,13 @@ std::string headline_cards(const Metrics& metrics) {
   if (has_lesion)
     out += card(change(metrics, "diameter_stenosis_percent", nullptr, 0, " %"), "Diameter stenosis",
                 reference);
-  out += card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
-              (has_lesion ? "" : reference + ", ") + "at peak " + shown(peak("mld_mm"), 2, " mm") +
-                  beyond_balloon(metrics) + ", acute gain " +
-                  told(metrics, "acute_gain_mm", "acute_gain_range_mm", 2, " mm") +
-                  agreement(metrics, "acute_gain_range_mm", 3, " mm") +
-                  (bound(metrics, "mld_mm", 2).empty()
-                       ? ""
-                       : ". Before, the throat is narrower than the image's voxels: it is not "
-                         "measured, and the gain not certain"));
+  out += diameter_card(metrics, has_lesion ? "" : reference);
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
-              "at peak " + shown(peak("mla_mm2"), 2, " mm²"));
+              at_peak(metrics, "mla_mm2", " mm²"));
   out += flow_card(metrics);
   out += view_card(metrics);
-  if (status == "failed" || status == "stale" || (status == "not_determined" && !result("mld_mm")))
-    return out;
-  out +=
-      card(told(metrics, "recoil_mm", nullptr, 2, " mm"), "Elastic recoil",
-           told(metrics, "recoil_percent", "recoil_range_percent", 0, " %") +
-               " of the lumen at peak" + agreement(metrics, "recoil_range_percent", 1, " points"));
-  out += card(
-      shown(balloon("nominal_diameter_mm"), 2, "") + " × " + shown(balloon("length_mm"), 0, " mm"),
-      "Balloon", "balloon-to-artery ratio " + shown(balloon("balloon_to_artery_ratio"), 2, ""));
-  out += card(shown(balloon("peak_pressure_atm"), 1, " atm"), "Peak pressure",
-              "balloon at peak " + shown(balloon("peak_diameter_mm"), 2, " mm"));
-  if (const auto over = metrics.number("wall", "over_strength_percent"))
-    out += card(shown(over, 0, " %"), "Wall over its strength",
-                "of intima, media and adventitia where the balloon touches");
-  return out;
+  if (status == "failed" || status == "stale") return out;
+  return out + balloon_cards(metrics);
 }
 
 }  // namespace

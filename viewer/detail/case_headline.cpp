@@ -1,6 +1,7 @@
 #include "viewer/detail/case_headline.hpp"
 
 #include <cctype>
+#include <cmath>
 #include <optional>
 
 #include "formats/text.hpp"
@@ -16,13 +17,20 @@ std::string kind_words(const std::string& input_kind) {
   return {};
 }
 
+}  // namespace
+
+std::string length_text(double length_mm) {
+  return formats::number_text(std::round(10.0 * length_mm) / 10.0);
+}
+
+namespace {
+
 /// "3.00 × 12 mm balloon"; empty: none was placed.
 std::string balloon_words(const Metrics& metrics) {
   const auto diameter = metrics.number("balloon", "nominal_diameter_mm"),
              length = metrics.number("balloon", "length_mm");
   if (!diameter || !length) return {};
-  return formats::fixed_text(*diameter, 2) + " × " + formats::fixed_text(*length, 0) +
-         " mm balloon";
+  return formats::fixed_text(*diameter, 2) + " × " + length_text(*length) + " mm balloon";
 }
 
 /// "stenosis of 60 % on line 1, 29 mm from the inlet"; empty: the metrics tell of none.

@@ -12,4 +12,7 @@ namespace angio::viewer::detail {
 /// @param input_kind  as ReportContent::input_kind
 std::string case_headline(const Metrics& metrics, const std::string& input_kind);
 
+/// A balloon's length [mm] to a tenth, as it is: "12", "16.5".
+std::string length_text(double length_mm);
+
 }  // namespace angio::viewer::detail

@@ -353,6 +353,15 @@ std::vector<double> round_ticks(double low, double high, int wanted_count) {
   return ticks;
 }
 
+std::vector<double> bar_ticks(double low, double high) {
+  constexpr double kRoom = 0.12;  // of the bar, for a number
+  std::vector<double> ticks{low};
+  for (const double tick : round_ticks(low, high, 5))
+    if (std::min(tick - low, high - tick) > kRoom * (high - low)) ticks.push_back(tick);
+  ticks.push_back(high);
+  return ticks;
+}
+
 int tick_decimals(double step) {
   return std::clamp(int(std::ceil(-std::log10(step) - 1e-9)), 0, 12);
 }

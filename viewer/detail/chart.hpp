@@ -69,6 +69,8 @@ std::string svg_file(const std::vector<Chart>& charts, const std::vector<std::st
 
 /// Round steps (1, 2 or 5 times a power of ten) from at or below `low` to at or above `high`.
 std::vector<double> round_ticks(double low, double high, int wanted_count);
+/// The values that a colour bar names: both of its ends, and round ones between that have room.
+std::vector<double> bar_ticks(double low, double high);
 
 /// Decimals that ticks with this step need.
 int tick_decimals(double step);

@@ -11,6 +11,7 @@
 #include "viewer/detail/path_sections.hpp"
 #include "viewer/detail/plane.hpp"
 #include "viewer/detail/projection.hpp"
+#include "viewer/detail/scale_length.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -52,14 +53,12 @@ void draw_contour(cv::Mat& picture, const TriangleMesh& mesh, const PlaneWindow&
 
 /// A bar of a round length at the lower left.
 void draw_scale(cv::Mat& picture, double mm_per_pixel) {
-  const double wanted = 0.3 * picture.cols * mm_per_pixel;
-  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
-  const double digit = wanted >= 5.0 * power ? 5.0 : (wanted >= 2.0 * power ? 2.0 : 1.0);
-  const int length = int(std::lround(digit * power / mm_per_pixel));
+  const double length_mm = scale_length(0.3 * picture.cols * mm_per_pixel);
+  const int length = int(std::lround(length_mm / mm_per_pixel));
   const int y = picture.rows - 10;
   cv::line(picture, {10, y}, {10 + length, y}, {0, 0, 0}, 4);
   cv::line(picture, {10, y}, {10 + length, y}, {255, 255, 255}, 2);
-  draw_text(picture, formats::number_text(digit * power) + " mm", {10, y - 7}, 0.42);
+  draw_text(picture, formats::number_text(length_mm) + " mm", {10, y - 7}, 0.42);
 }
 
 /// The letters of the patient's sides at the edges.

@@ -28,6 +28,7 @@
 #include "viewer/detail/axis_letters.hpp"
 #include "viewer/detail/chart.hpp"
 #include "viewer/detail/mark.hpp"
+#include "viewer/detail/scale_length.hpp"
 
 namespace angio::viewer::detail {
 namespace {
@@ -42,14 +43,6 @@ void shade(vtkProperty* property, const Rgb& color) {
   property->SetDiffuse(0.72);
   property->SetSpecular(0.15);
   property->SetSpecularPower(25.0);
-}
-
-/// 1, 2 or 5 times a power of ten, at most `length`.
-double round_length(double length) {
-  const double power = std::pow(10.0, std::floor(std::log10(length)));
-  for (const double digit : {5.0, 2.0})
-    if (digit * power <= length) return digit * power;
-  return power;
 }
 
 /// A line strip in pixels over the scene.
@@ -233,11 +226,10 @@ std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
     text->SetPosition(x, y);
     parts.push_back(text);
   };
-  const std::vector<double> ticks = round_ticks(low, high, 5);
-  for (const double tick : ticks)
-    if (tick <= high * (1.0 + 1e-9) && tick >= low * (1.0 - 1e-9))
-      add_text(formats::fixed_text(tick, tick_decimals(ticks[1] - ticks[0])),
-               place.left + place.width * (tick - low) / (high - low), place.bottom - 17.0 * scale);
+  const std::vector<double> round = round_ticks(low, high, 5);
+  for (const double tick : bar_ticks(low, high))
+    add_text(formats::fixed_text(tick, tick_decimals(round[1] - round[0])),
+             place.left + place.width * (tick - low) / (high - low), place.bottom - 17.0 * scale);
   add_text(title, place.left + 0.5 * place.width, place.bottom + place.height + 5.0 * scale);
   for (const auto& part : parts) renderer->AddViewProp(part);
   return parts;
@@ -259,7 +251,7 @@ void ScaleBar::update(double clear) {
   if (size[0] <= 0 || size[1] <= 0) return;
   const double mm_per_pixel =
       2.0 * renderer_->GetActiveCamera()->GetParallelScale() / double(size[1]);
-  const double length_mm = round_length(0.25 * double(size[0]) * mm_per_pixel);
+  const double length_mm = scale_length(0.25 * double(size[0]) * mm_per_pixel);
   const double length = length_mm / mm_per_pixel;
   const double left = 18.0 * scale_, bottom = clear + 18.0 * scale_, tick = 5.0 * scale_;
   points_->SetPoint(0, left, bottom + tick, 0);

@@ -8,6 +8,7 @@
 #include "viewer/detail/grey_window.hpp"
 #include "viewer/detail/path_sections.hpp"
 #include "viewer/detail/report_charts.hpp"
+#include "viewer/detail/scale_length.hpp"
 #include "viewer/page_scripts.hpp"
 
 namespace angio::viewer::detail {
@@ -94,6 +95,11 @@ std::string place_text(const ReportContent& content, const std::vector<LumenAt>&
   return text + " mm";
 }
 
+/// Of the scale bar: a sixth of the section long at most.
+double bar_mm(const std::vector<PathSection>& sections) {
+  return scale_length(sections.front().window.half_size_mm / 3.0);
+}
+
 std::string drawing(const ReportContent& content, const std::vector<PathSection>& sections,
                     const std::vector<LumenAt>& moments) {
   const std::size_t shown = sections.size() / 2;
@@ -117,7 +123,7 @@ std::string drawing(const ReportContent& content, const std::vector<PathSection>
   }
   const double corner = 0.46 * kSide;
   return out + "<path class=\"scale\" d=\"M" + px(-corner) + " " + px(corner) + "h" +
-         px(0.5 * kSide / sections.front().window.half_size_mm) + "\"/></svg>";
+         px(0.5 * kSide * bar_mm(sections) / sections.front().window.half_size_mm) + "\"/></svg>";
 }
 
 }  // namespace
@@ -135,8 +141,8 @@ std::string section_slider(const ReportContent& content, const Metrics& metrics)
            "\"></span>" + moment.name + " (" + moment.color + ")";
   const std::string shown = std::to_string(kPlaces / 2);
   return "<figure class=\"sections\">" + drawing(content, sections, moments) +
-         "<figcaption><p>Lumen:" + key +
-         "; the bar is 1 mm.</p>\n<p><label id=\"section-slider\" hidden>Place along the vessel "
+         "<figcaption><p>Lumen:" + key + "; the bar is " + formats::number_text(bar_mm(sections)) +
+         " mm.</p>\n<p><label id=\"section-slider\" hidden>Place along the vessel "
          "<input type=\"range\" id=\"section-place\" min=\"0\" max=\"" +
          std::to_string(kPlaces - 1) + "\" value=\"" + shown +
          "\"></label></p>\n<p><output id=\"section-text\" for=\"section-place\">" +

@@ -6,12 +6,13 @@
 #include "viewer/detail/canvas.hpp"
 #include "viewer/detail/grey_window.hpp"
 #include "viewer/detail/path_sections.hpp"
+#include "viewer/detail/scale_length.hpp"
 #include "viewer/detail/section_slider.hpp"
 
 namespace angio::viewer::detail {
 namespace {
 
-constexpr int kWidth = 920;           // [pixel]
+constexpr int kMostWidth = 920;       // [pixel]
 constexpr int kMostHeight = 300;      // [pixel]
 constexpr int kEdgeStep = 3;          // columns between two places where edges are looked for
 constexpr int kGap = 6;               // between the two planes [pixel]
@@ -23,9 +24,9 @@ constexpr std::uint8_t kNoScan = 26;
 
 /// One plane through the straightened vessel: a column for each section.
 struct Ribbon {
-  int height = 0;         ///< [pixel]
-  double pixel_mm = 1.0;  ///< in both directions
-  std::size_t axis = 0;   ///< across: 0 along the sections' "right", 1 along their "down"
+  int width = 0, height = 0;  ///< [pixel]
+  double pixel_mm = 1.0;      ///< in both directions
+  std::size_t axis = 0;       ///< across: 0 along the sections' "right", 1 along their "down"
 };
 
 Vec3 across(const PathSection& section, const Ribbon& ribbon) {
@@ -49,9 +50,9 @@ std::vector<float> sample_ribbon(const Volume<float>& volume,
 
 Picture grey_picture(const std::vector<float>& values, const GreyWindow& grey,
                      const Ribbon& ribbon) {
-  Picture picture{kWidth, ribbon.height, {}};
+  Picture picture{ribbon.width, ribbon.height, {}};
   if (values.empty()) {
-    picture.rgb.assign(std::size_t(3 * kWidth * ribbon.height), kNoScan);
+    picture.rgb.assign(std::size_t(3 * ribbon.width * ribbon.height), kNoScan);
     return picture;
   }
   for (const float value : values) picture.rgb.insert(picture.rgb.end(), 3, grey.shade(value));
@@ -81,18 +82,18 @@ void draw_edges(Canvas& canvas, const TriangleMesh& lumen, const std::vector<Pat
   end_lines();
 }
 
-std::vector<double> even_places(const ReportContent& content, const CenterlinePath& path) {
-  const std::vector<double> ends = places_around_lesion(content, path, 3);
-  std::vector<double> places;
-  for (int x = 0; x < kWidth; ++x)
-    places.push_back(ends.front() + (ends.back() - ends.front()) * x / (kWidth - 1));
-  return places;
+/// One scale along and across the vessel, so that its stretch and its width both fit.
+Ribbon fit(double length_mm, double half_size_mm) {
+  Ribbon ribbon;
+  ribbon.pixel_mm = std::max(length_mm / (kMostWidth - 1), 2.0 * half_size_mm / kMostHeight);
+  ribbon.width = 1 + int(length_mm / ribbon.pixel_mm + 1e-9);
+  ribbon.height = std::max(int(2.0 * half_size_mm / ribbon.pixel_mm + 1e-9), 40);
+  return ribbon;
 }
 
-/// 1, 2, 5, 10, ... mm, below the picture.
+/// Below the picture.
 void draw_scale(Canvas& canvas, double pixel_mm) {
-  const double room = 0.2 * kWidth * pixel_mm, power = std::pow(10.0, std::floor(std::log10(room)));
-  const double length = (room >= 5.0 * power ? 5.0 : (room >= 2.0 * power ? 2.0 : 1.0)) * power;
+  const double length = scale_length(0.2 * canvas.width() * pixel_mm);
   const double y = canvas.height() - 8.0;
   canvas.draw_line({{4.0, y}, {4.0 + length / pixel_mm, y}}, kInk, 2);
   canvas.write(formats::number_text(length) + " mm", {12.0 + length / pixel_mm, y + 5.0}, kLetter,
@@ -104,13 +105,17 @@ void draw_scale(Canvas& canvas, double pixel_mm) {
 std::vector<Figure> draw_straightened(const ReportContent& content) {
   const CenterlinePath* path = lesion_path(content);
   if (!path || content.lumen.triangles.empty()) return {};
-  const std::vector<double> places = even_places(content, *path);
-  const double pixel_mm = (places.back() - places.front()) / (kWidth - 1);
-  if (!(pixel_mm > 0.0)) return {};
+  const std::vector<double> ends = places_around_lesion(content, *path, 3);
+  if (!(ends.back() > ends.front())) return {};
+  std::array<Ribbon, 2> ribbons;
+  ribbons.fill(fit(ends.back() - ends.front(),
+                   path_sections(content, *path, ends).front().window.half_size_mm));
+  ribbons[1].axis = 1;
+  const int width = ribbons[0].width, height = ribbons[0].height;
+  const double pixel_mm = ribbons[0].pixel_mm;
+  std::vector<double> places;
+  for (int x = 0; x < width; ++x) places.push_back(ends.front() + x * pixel_mm);
   const auto sections = path_sections(content, *path, places);
-  const int height =
-      std::clamp(int(2.0 * sections.front().window.half_size_mm / pixel_mm), 40, kMostHeight);
-  std::array<Ribbon, 2> ribbons{{{height, pixel_mm, 0}, {height, pixel_mm, 1}}};
   std::array<std::vector<float>, 2> values;
   GreyWindow grey;
   if (content.volume) {
@@ -122,7 +127,7 @@ std::vector<Figure> draw_straightened(const ReportContent& content) {
     grey = window_of(all);
   }
   const TriangleMesh before = near_sections(content.lumen, sections);
-  Picture sheet = blank_picture(kWidth, 2 * height + kGap + 26);
+  Picture sheet = blank_picture(kMostWidth, 2 * height + kGap + 26);
   for (std::size_t r = 0; r < 2; ++r) {
     Canvas canvas(grey_picture(values[r], grey, ribbons[r]));
     draw_edges(canvas, before, sections, ribbons[r], kBefore);

@@ -168,8 +168,8 @@ std::string view_map_for_page(const angiogram::WorkingView& view) {
          view_map_svg(view, MapWidth::narrow) + "</div>";
 }
 
-std::string view_map_key() {
-  std::string out = "<p class=\"sub\">Foreshortening of the lesion, light to dark [%]:";
+std::string view_map_key(const std::string& seen, const std::string& others) {
+  std::string out = "<p class=\"sub\">Foreshortening of " + seen + ", light to dark [%]:";
   for (std::size_t b = 0; b < kBands.size(); ++b) {
     const std::string from = formats::fixed_text(kBands[b].from, 0);
     out += std::string(b > 0 ? "," : "") +
@@ -178,8 +178,8 @@ std::string view_map_key() {
            (b + 1 < kBands.size() ? from + " to " + formats::fixed_text(kBands[b + 1].from, 0)
                                   : from + " and more");
   }
-  return out + "; <span class=\"swatch hatched\"></span>hatched: other vessels overlap more than " +
-         formats::fixed_text(kOverlapped, 0) + " % of it</p>\n";
+  return out + "; <span class=\"swatch hatched\"></span>hatched: " + others +
+         " overlap more than " + formats::fixed_text(kOverlapped, 0) + " % of it</p>\n";
 }
 
 }  // namespace angio::viewer::detail

@@ -15,6 +15,8 @@ std::string view_map_svg(const angiogram::WorkingView& view, MapWidth width = Ma
 std::string view_map_for_page(const angiogram::WorkingView& view);
 
 /// What the colours and the hatching mean, as HTML.
-std::string view_map_key();
+/// @param seen    what is looked at: "the lesion"
+/// @param others  what may hide it: "other vessels"
+std::string view_map_key(const std::string& seen, const std::string& others);
 
 }  // namespace angio::viewer::detail

@@ -290,7 +290,8 @@ LiveRates LiveWindow::run() {
   interactor_->Initialize();
   interactor_->CreateRepeatingTimer(kTickMs);
   draw();
-  if (!ClosingSignals::has_come() && !is_closing_) interactor_->Start();
+  const bool is_for_picture = !options_.screenshot.empty() && options_.seconds <= 0.0;
+  if (!ClosingSignals::has_come() && !is_closing_ && !is_for_picture) interactor_->Start();
   const LiveRates result = rates();
   solver_->check();
   if (!options_.screenshot.empty()) save_picture(window_, options_.screenshot);
