@@ -116,7 +116,8 @@ TEST(LayeredAngioplasty, ColumnsWithoutLayersGoWithTheirNeighbors) {
       for (const int n : neighbors)
         mean += (1.0 / double(neighbors.size())) *
                 (f.wall[std::size_t(n)] - model.wall.vertices[std::size_t(n)]);
-      EXPECT_LT(norm(f.wall[led] - model.wall.vertices[led] - mean), 0.005) << f.frame;
+      // It went there in its turn of the last sweep; the neighbours have moved on since.
+      EXPECT_LT(norm(f.wall[led] - model.wall.vertices[led] - mean), 0.01) << f.frame;
     });
     return peak;
   };
@@ -128,6 +129,7 @@ TEST(LayeredAngioplasty, ColumnsWithoutLayersGoWithTheirNeighbors) {
 
 SimulationOptions short_options() {
   SimulationOptions options = layered_options();
+  options.frame_s = 0.025;
   options.inflation.inflate_s = 0.3;
   options.inflation.hold_s = options.inflation.rest_s = 0.0;
   options.inflation.deflate_s = 0.1;
@@ -169,12 +171,13 @@ TEST(LayeredAngioplasty, GivesTheSameBitsForOneAndTwoThreads) {
   for (const int threads : {1, 2}) {
     omp_set_num_threads(threads);
     simulate(model, options, [&](const SimulationFrame& f) {
-      if (f.frame == 3) last.push_back(f.layered_wall);
+      if (f.frame == 8) last.push_back(f.layered_wall);
     });
   }
   omp_set_num_threads(before);
   ASSERT_EQ(last.size(), 2u);
   EXPECT_EQ(last[0], last[1]);
+  EXPECT_NE(last[0], model.layered_wall.vertices);
 }
 
 }  // namespace
