@@ -278,7 +278,9 @@ bool is_tube(const CenterlinePath& path, std::size_t i) {
 /// Where no stenosis is certain, a vessel that is thinner than its tree makes it over a long
 /// stretch is that thin by itself (behind a wide root, say): the reference is no more than the
 /// median of its own diameters within three diameters of the reference and five of its own.
+/// A short piece of vessel, which a lesion may fill, says nothing of that.
 ReferenceDiameter no_wider_than_around(const Known& known) {
+  constexpr double kLongVessel = 15.0;  // of its diameters
   const std::vector<double>&abscissa = known.path.abscissa, &measured = known.reference.measured;
   ReferenceDiameter own = known.reference;
   for (std::size_t i = 0; i < abscissa.size(); ++i) {
@@ -290,15 +292,18 @@ ReferenceDiameter no_wider_than_around(const Known& known) {
     for (auto at = first; at != last; ++at)
       if (const double d = measured[std::size_t(at - abscissa.begin())]; d > 0.0)
         around.push_back(d);
-    own.diameter[i] = std::min(own.diameter[i], median(std::move(around)));
+    const double width = median(std::move(around));
+    if (abscissa.back() >= kLongVessel * width) own.diameter[i] = std::min(own.diameter[i], width);
   }
   return own;
 }
 
 /// The tightest place, relative to the reference, that leaves room for a balloon on both sides, in
 /// a vessel that balloons are made for, and a diameter away from branchings, if there is one.
-Lesion tightest_place(const Known& by_tree, double min_reference_mm) {
-  const ReferenceDiameter own = no_wider_than_around(by_tree);
+/// @param is_narrowed  narrowings were found that are in doubt, or under the threshold: then the
+///                     tree's reference holds
+Lesion tightest_place(const Known& by_tree, bool is_narrowed, double min_reference_mm) {
+  const ReferenceDiameter own = is_narrowed ? by_tree.reference : no_wider_than_around(by_tree);
   const Known known{by_tree.path, by_tree.tree, own};
   const CenterlinePath& path = known.path;
   const Vessel whole{0, 0, path.points.size() - 1};
@@ -426,7 +431,7 @@ std::vector<Lesion> find_lesions(const CenterlineTree& lines, const LesionOption
   });
   if (lesions.empty() || !lesions.front().is_stenosis) {
     const double least = std::max(options.min_reference_mm, kLeastVoxels * options.voxel_mm);
-    lesions.insert(lesions.begin(), tightest_place(first, least));
+    lesions.insert(lesions.begin(), tightest_place(first, !lesions.empty(), least));
   }
   return lesions;
 }
