@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <iterator>
 #include <set>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <vector>
@@ -95,21 +97,17 @@ bool tells(const std::string& name) {
 /// Words that messages are made of, as an input's folder may be called, and nobody is: what they
 /// say must stay readable.
 bool is_word_of_messages(const std::string& name) {
-  static const std::set<std::string> kWords = {
-      "a",      "all",     "an",      "and",   "another", "are",      "artery", "as",
-      "at",     "balloon", "be",      "been",  "beside",  "but",      "by",     "can",
-      "cannot", "case",    "cm",      "could", "CT",      "ct",       "data",   "diameter",
-      "DICOM",  "dicom",   "edge",    "end",   "ends",    "file",     "files",  "folder",
-      "frame",  "frames",  "from",    "give",  "has",     "have",     "here",   "holds",
-      "if",     "image",   "images",  "in",    "inlet",   "input",    "is",     "it",
-      "its",    "label",   "labels",  "least", "length",  "lesion",   "line",   "lines",
-      "lumen",  "mask",    "mesh",    "mm",    "more",    "MR",       "mr",     "narrow",
-      "no",     "not",     "of",      "on",    "one",     "only",     "or",     "out",
-      "outlet", "path",    "pieces",  "place", "places",  "points",   "radius", "run",
-      "scan",   "series",  "so",      "some",  "stage",   "stenosis", "study",  "surface",
-      "than",   "that",    "the",     "there", "this",    "to",       "tree",   "unit",
-      "up",     "vessel",  "vessels", "view",  "views",   "volume",   "voxel",  "voxels",
-      "wall",   "was",     "where",   "with",  "within",  "XA",       "xa"};
+  static const std::set<std::string> kWords = [] {
+    std::istringstream words(
+        "a all an and another are artery as at balloon be been beside but by can cannot case cm "
+        "could CT ct data diameter DICOM dicom edge end ends file files folder frame frames from "
+        "give has have here holds if image images in inlet input is it its label labels least "
+        "length lesion line lines lumen mask mesh mm more MR mr narrow no not of on one only or "
+        "out outlet path pieces place places points radius run scan series so some stage stenosis "
+        "study surface than that the there this to tree unit up vessel vessels view views volume "
+        "voxel voxels wall was where with within XA xa");
+    return std::set<std::string>(std::istream_iterator<std::string>(words), {});
+  }();
   return kWords.contains(name);
 }
 

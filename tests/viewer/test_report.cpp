@@ -98,7 +98,7 @@ void expect_tells_what_a_reader_looks_for(const std::string& page) {
         "LPS",
         "240 kPa",
         "Place along the vessel",
-        "0.0 mm from the narrowest place. Diameter before 1.2",
+        "0.0 mm from the tightest place. Diameter before 1.2",
         "rated burst pressure, 14.0 atm",
         "0.06 mm below what its chart says",
         "Working view",
@@ -338,7 +338,8 @@ TEST(Cards, WithoutABalloonTellNothingOfOne) {
           "balloon":{"nominal_diameter_mm":null,"peak_pressure_atm":null}})"));
   EXPECT_TRUE(has(cards, ">4.90 mm<"));
   EXPECT_TRUE(has(cards, ">reference diameter 5.20 mm<"));
-  for (const char* word : {"at peak", "gain", "recoil", "Balloon", "Peak pressure", "–"})
+  EXPECT_TRUE(has(cards, ">Lumen diameter there<"));
+  for (const char* word : {"at peak", "gain", "recoil", "Balloon", "Peak pressure", "Minimal", "–"})
     EXPECT_FALSE(has(cards, word)) << word;
 }
 
@@ -366,7 +367,7 @@ TEST(Report, TheSlidersFirstSectionIsWhereTheMldIsMarked) {
   const detail::Metrics metrics(R"({"lesion":{"mld_mm":)" + std::to_string(*narrowest) + "}}");
   const std::string slider = detail::section_slider(content, metrics);
   EXPECT_TRUE(has(slider.substr(slider.find("id=\"section-text\"")),
-                  "0.0 mm from the narrowest place. Diameter before " + mld))
+                  "0.0 mm from the tightest place. Diameter before " + mld))
       << slider.substr(slider.find("id=\"section-text\""), 200);
 }
 

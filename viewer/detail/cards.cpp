@@ -182,6 +182,12 @@ std::string gain(const Metrics& metrics) {
          agreement(metrics, "acute_gain_range_mm", 3, " mm");
 }
 
+/// Neither a stenosis nor a balloon: the vessel may be narrower elsewhere, where it is a thinner
+/// one.
+bool is_only_a_place(const Metrics& metrics) {
+  return metrics.text("status") == "no_lesion" && !metrics.number("result", "mld_mm");
+}
+
 std::string diameter_card(const Metrics& metrics, const std::string& reference) {
   const std::string gained = gain(metrics);
   std::string detail =
@@ -190,8 +196,8 @@ std::string diameter_card(const Metrics& metrics, const std::string& reference) 
     detail += std::string(detail.empty() ? "" : ". ") +
               "Before, the throat is narrower than the image's voxels: it is not measured" +
               (gained.empty() ? "" : ", and the gain not certain");
-  return card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"), "Minimal lumen diameter",
-              detail);
+  return card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"),
+              is_only_a_place(metrics) ? "Lumen diameter there" : "Minimal lumen diameter", detail);
 }
 
 /// What a balloon did; nothing where there was none.
@@ -232,7 +238,8 @@ std::string headline_cards(const Metrics& metrics) {
     out += card(change(metrics, "diameter_stenosis_percent", nullptr, 0, " %"), "Diameter stenosis",
                 reference);
   out += diameter_card(metrics, has_lesion ? "" : reference);
-  out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"), "Minimal lumen area",
+  out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"),
+              is_only_a_place(metrics) ? "Lumen area there" : "Minimal lumen area",
               at_peak(metrics, "mla_mm2", " mm²"));
   out += flow_card(metrics);
   out += view_card(metrics);

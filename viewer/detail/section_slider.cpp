@@ -14,7 +14,7 @@
 namespace angio::viewer::detail {
 namespace {
 
-constexpr int kPlaces = 33;      // odd: the narrowest place is in the middle
+constexpr int kPlaces = 33;      // odd: the tightest place is in the middle
 constexpr int kTile = 128;       // [pixel]
 constexpr double kSide = 420.0;  // of the drawing [px], as wide as the page shows it
 
@@ -79,12 +79,12 @@ std::string diameter_at(const DiameterProfile& profile, double abscissa_mm) {
   return formats::fixed_text(diameter, 2);
 }
 
-/// @param narrowest_mm  the place of the MLD before
+/// @param tightest_mm  the place of the MLD before
 std::string place_text(const ReportContent& content, const std::vector<LumenAt>& moments,
-                       double narrowest_mm, double abscissa_mm) {
+                       double tightest_mm, double abscissa_mm) {
   std::string text = formats::fixed_text(abscissa_mm, 1) + " mm from the inlet, " +
-                     formats::fixed_text(abscissa_mm - narrowest_mm, 1) +
-                     " mm from the narrowest place.";
+                     formats::fixed_text(abscissa_mm - tightest_mm, 1) +
+                     " mm from the tightest place.";
   if (content.before.abscissa_mm.empty()) return text;
   text += " Diameter";
   const char* comma = " ";
