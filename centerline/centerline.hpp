@@ -140,7 +140,7 @@ struct Lesion {
   double mld_mm = 0.0;       ///< 2 x the least inscribed radius, freed of single points' errors
   double mla_mm2 = 0.0;      ///< least section area
   double reference_diameter_mm = 0.0;  ///< by reference_rule: the same number
-  std::string reference_rule;          ///< "tree"
+  std::string reference_rule;          ///< "tree", "vessel" or "ends"
   /// Healthy diameter at the tightest place by the best healthy tree (find_reference).
   double reference_tree_mm = 0.0;
   /// The straight line through the healthy diameters of the same branch within five diameters

@@ -9,6 +9,7 @@
 #include "centerline/detail/diffuse.hpp"
 #include "centerline/detail/dip.hpp"
 #include "centerline/detail/doubt.hpp"
+#include "centerline/detail/tracts.hpp"
 #include "centerline/resolution.hpp"
 #include "centerline/treated.hpp"
 #include "core/centerline_trees.hpp"
@@ -280,7 +281,7 @@ bool is_tube(const CenterlinePath& path, std::size_t i) {
 /// median of its own diameters within three diameters of the reference and five of its own.
 /// A short piece of vessel, which a lesion may fill, says nothing of that.
 ReferenceDiameter no_wider_than_around(const Known& known) {
-  constexpr double kLongVessel = 15.0;  // of its diameters
+  constexpr double kLongVessel = 15.0, kAsThin = 1.5;  // of its diameters
   const std::vector<double>&abscissa = known.path.abscissa, &measured = known.reference.measured;
   ReferenceDiameter own = known.reference;
   for (std::size_t i = 0; i < abscissa.size(); ++i) {
@@ -293,18 +294,19 @@ ReferenceDiameter no_wider_than_around(const Known& known) {
       if (const double d = measured[std::size_t(at - abscissa.begin())]; d > 0.0)
         around.push_back(d);
     const double width = median(std::move(around));
-    if (abscissa.back() >= kLongVessel * width) own.diameter[i] = std::min(own.diameter[i], width);
+    const auto is_as_thin = [&](std::size_t k) { return measured[k] <= kAsThin * width; };
+    std::size_t begin = i, end = i;
+    while (begin > 0 && is_as_thin(begin - 1)) --begin;
+    while (end + 1 < abscissa.size() && is_as_thin(end + 1)) ++end;
+    if (abscissa[end] - abscissa[begin] >= kLongVessel * width)
+      own.diameter[i] = std::min(own.diameter[i], width);
   }
   return own;
 }
 
 /// The tightest place, relative to the reference, that leaves room for a balloon on both sides, in
 /// a vessel that balloons are made for, and a diameter away from branchings, if there is one.
-/// @param is_narrowed  narrowings were found that are in doubt, or under the threshold: then the
-///                     tree's reference holds
-Lesion tightest_place(const Known& by_tree, bool is_narrowed, double min_reference_mm) {
-  const ReferenceDiameter own = is_narrowed ? by_tree.reference : no_wider_than_around(by_tree);
-  const Known known{by_tree.path, by_tree.tree, own};
+Lesion tightest_place(const Known& known, double min_reference_mm) {
   const CenterlinePath& path = known.path;
   const Vessel whole{0, 0, path.points.size() - 1};
   const double length = path.abscissa.back();
@@ -347,10 +349,7 @@ Lesion tightest_place(const Known& by_tree, bool is_narrowed, double min_referen
     }
   }
   const std::size_t at = best.value_or(middle);
-  Lesion place = describe_dip(known, whole, {at, at, at});
-  place.reference_tree_mm = by_tree.reference.diameter[at];
-  if (place.reference_diameter_mm < place.reference_tree_mm) place.reference_rule = "vessel";
-  return place;
+  return describe_dip(known, whole, {at, at, at});
 }
 
 std::size_t index_of_path(const CenterlineTree& tree, int id) {
@@ -402,6 +401,15 @@ void find_in_tree(const ReferredTree& referred, const LesionOptions& options,
     find_on_vessel(tree, reference, vessel, doubt, options, found);
 }
 
+/// Does a narrowing lie on a path? Paths that part later have the stretch before in common.
+bool is_on(const Lesion& narrowing, const CenterlinePath& path, const CenterlineTree& tree) {
+  return std::any_of(tree.paths.begin(), tree.paths.end(), [&](const CenterlinePath& its) {
+    if (its.id != narrowing.path_id) return false;
+    const int shared = its.id == path.id ? int(its.points.size()) : count_shared(its, path);
+    return shared > 0 && narrowing.proximal_mm < its.abscissa[std::size_t(shared) - 1];
+  });
+}
+
 /// The trees that are looked at: all, or that of the line that is named.
 std::vector<CenterlineTree> trees_to_search(const CenterlineTree& lines,
                                             const LesionOptions& options) {
@@ -422,17 +430,31 @@ std::vector<Lesion> find_lesions(const CenterlineTree& lines, const LesionOption
     referred.push_back({tree, find_reference(tree, options.voxel_mm)});
   const Known first = referred.front().known(
       options.centerline >= 0 ? index_of_path(trees.front(), options.centerline) : 0);
-  if (options.abscissa_mm >= 0.0) return {lesion_at(first, options)};
   std::vector<Lesion> lesions;
   for (const ReferredTree& tree : referred) find_in_tree(tree, options, lesions);
   std::stable_sort(lesions.begin(), lesions.end(), [](const Lesion& a, const Lesion& b) {
     if (a.is_stenosis != b.is_stenosis) return a.is_stenosis;
     return a.diameter_stenosis_percent > b.diameter_stenosis_percent;
   });
-  if (lesions.empty() || !lesions.front().is_stenosis) {
-    const double least = std::max(options.min_reference_mm, kLeastVoxels * options.voxel_mm);
-    lesions.insert(lesions.begin(), tightest_place(first, !lesions.empty(), least));
+  const bool is_named = options.abscissa_mm >= 0.0;
+  if (!is_named && !lesions.empty() && lesions.front().is_stenosis) return lesions;
+  // Narrowings on the line, also those in doubt or under the threshold: the tree's reference holds.
+  const bool is_narrowed = std::any_of(
+      lesions.begin(), lesions.end(),
+      [&](const Lesion& narrowing) { return is_on(narrowing, first.path, trees.front()); });
+  const ReferenceDiameter own = is_narrowed ? first.reference : no_wider_than_around(first);
+  const Known known{first.path, first.tree, own};
+  const double least = std::max(options.min_reference_mm, kLeastVoxels * options.voxel_mm);
+  Lesion place = is_named ? lesion_at(known, options) : tightest_place(known, least);
+  const std::vector<double>& abscissa = first.path.abscissa;
+  const auto at = std::lower_bound(abscissa.begin(), abscissa.end(), place.abscissa_mm);
+  const double by_tree = first.reference.diameter[std::size_t(at - abscissa.begin())];
+  if (!is_narrowed && place.reference_diameter_mm < by_tree) {
+    place.reference_rule = "vessel";
+    place.reference_tree_mm = by_tree;
   }
+  if (is_named) return {place};
+  lesions.insert(lesions.begin(), place);
   return lesions;
 }
 

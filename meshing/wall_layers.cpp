@@ -21,9 +21,8 @@ using detail::WallColumn;
 constexpr double kGoodShape = 0.05;   // of a wedge, see untangle
 constexpr double kLeastShape = 0.02;  // a worse one is drawn out where the wall is widened
 constexpr double kLeastShare = 0.25;  // of the wanted way outward; untangling shortens none further
-constexpr double kLeastHold = 1.0 / 3.0;   // of a vertex's angle, that must have layers
-constexpr double kMostTissueRatio = 20.0;  // of a wedge; a thinner wall is as soft as it is thin
-constexpr double kLimitedShare = 0.9;      // of the wanted thickness; less is told
+constexpr double kLeastHold = 1.0 / 3.0;  // of a vertex's angle, that must have layers
+constexpr double kLimitedShare = 0.9;     // of the wanted thickness; less is told
 
 /// The layers of elements, from the lumen outward. Where there is no plaque, its elements are the
 /// innermost of the intima, so that every column has as many.

@@ -32,6 +32,9 @@ struct NarrowStretch {
   double reference_diameter_mm = 0.0;         ///< of the healthy lumen
 };
 
+/// Of WallLayers::tissue_ratio: a wall that is thinner is as soft as it is thin.
+inline constexpr double kMostTissueRatio = 20.0;
+
 /// A wall of wedges (triangular prisms) around a lumen's surface.
 struct WallLayers {
   /// [mm], shape [(element_layer_count + 1) * lumen_vertex_count]: the lumen's vertices, then the

@@ -11,7 +11,7 @@
 namespace angio::simulation {
 namespace {
 
-/// Over the balloon's diameter: at 16 edges around, twice what parts two vertices.
+/// Over the balloon's diameter: at 16 edges around, what parts two vertices.
 constexpr double kReachOfDiameter = 0.2;
 constexpr double kPressedShare = 0.05;
 

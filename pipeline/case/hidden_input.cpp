@@ -6,7 +6,6 @@
 #include <iterator>
 #include <set>
 #include <sstream>
-#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -50,17 +49,22 @@ void replace_names(std::string& text, const std::string& what, const std::string
   });
 }
 
-/// Only as a part of a path, or in quotes.
+bool is_number(const std::string& name) {
+  return name.find_first_not_of("0123456789") == std::string::npos;
+}
+
+/// Only as a part of a path, in quotes, or before an extension; a number only between slashes or
+/// quotes.
 void replace_quoted(std::string& text, const std::string& what, const std::string& by) {
-  constexpr std::string_view kQuotes = "\"'`";
   replace_all(text, what, by, [&](std::size_t first, std::size_t end) {
-    const char before = first > 0 ? text[first - 1] : ' ',
-               after = end < text.size() ? text[end] : ' ';
-    const auto ends = [&](char c) {
-      return c == '/' || c == ' ' || kQuotes.find(c) < kQuotes.size();
-    };
-    return ends(before) && ends(after) && (before != ' ' || after == '/') &&
-           (after != ' ' || before == '/');
+    const auto at = [&](std::size_t i) { return i < text.size() ? text[i] : ' '; };
+    const auto is_quote = [](char c) { return c == '"' || c == '\'' || c == '`'; };
+    const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
+    const char before = first > 0 ? text[first - 1] : ' ', after = at(end);
+    if (goes_on(before, text[first]) || goes_on(text[end - 1], after)) return false;
+    if (is_quote(before) && is_quote(after)) return true;
+    if (is_number(what)) return before == '/' && after == '/';
+    return before == '/' || after == '/' || (after == '.' && is_letter(at(end + 1)));
   });
 }
 
@@ -88,14 +92,13 @@ std::vector<std::string> names_in(const fs::path& input) {
   return names;
 }
 
-/// A name of a letter or two, or one that is a word of a message ("volume"), tells of nobody: it is
-/// taken only where it stands as a file's name does.
+/// A name that no message has as a word of its own: it is taken wherever it stands.
 bool tells(const std::string& name) {
   return name.size() > 3 && name.find_first_of("0123456789._- ") != std::string::npos;
 }
 
-/// Words that messages are made of, as an input's folder may be called, and nobody is: what they
-/// say must stay readable.
+/// Numbers, and words that messages are made of, as an input's folder may be called, and nobody is:
+/// what they say must stay readable.
 bool is_word_of_messages(const std::string& name) {
   static const std::set<std::string> kWords = [] {
     std::istringstream words(
@@ -108,7 +111,7 @@ bool is_word_of_messages(const std::string& name) {
         "voxel voxels wall was where with within XA xa");
     return std::set<std::string>(std::istream_iterator<std::string>(words), {});
   }();
-  return kWords.contains(name);
+  return kWords.contains(name) || is_number(name);
 }
 
 void sort_longest_first(std::vector<std::string>& names) {
@@ -130,16 +133,20 @@ std::string without_input(std::string message, const std::string& input) {
     else if (form != "." && form != "..")
       replace_names(message, form, "INPUT");
   }
-  std::vector<std::string> names = names_in(input);
-  std::erase_if(names, [](const std::string& name) { return !tells(name); });
+  std::vector<std::string> names = names_in(input), words;
   for (const std::string& form : forms) {
-    const fs::path own = fs::path(form).filename();
-    if (!is_word_of_messages(own.string())) names.push_back(own.string());
-    if (tells(own.stem().string()))
-      names.push_back(own.stem().string());  // a header's data beside it
+    names.push_back(fs::path(form).stem().string());  // a header's data beside it
+    const std::string own = fs::path(form).filename().string();
+    (is_word_of_messages(own) ? names : words).push_back(own);
   }
+  const auto is_told = std::partition(names.begin(), names.end(),
+                                      [](const std::string& name) { return !tells(name); });
+  words.insert(words.end(), is_told, names.end());
+  names.erase(is_told, names.end());
+  sort_longest_first(words);
+  for (const std::string& name : words) replace_names(message, name, "FILE");
   sort_longest_first(names);
-  for (const std::string& name : names) replace_names(message, name, "FILE");
+  for (const std::string& name : names) replace_quoted(message, name, "FILE");
   return message;
 }
 

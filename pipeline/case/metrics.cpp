@@ -113,16 +113,17 @@ json mesh_metrics(const meshing::LumenMesh& lumen,
   return mesh;
 }
 
-double stenosis_of_voxel(double resolution_mm, double reference_diameter_mm) {
-  return std::max(0.0, 100.0 * (1.0 - resolution_mm / reference_diameter_mm));
+double least_stenosis(double mld_mm, double resolution_mm, double reference_diameter_mm) {
+  return std::max(0.0, 100.0 * (1.0 - std::max(mld_mm, resolution_mm) / reference_diameter_mm));
 }
 
 json lesion_metrics(const centerline::Lesion& lesion, const CenterlinePath& path,
                     const centerline::Resolution& resolution) {
   const bool is_unmeasured = centerline::is_unmeasured(lesion, path, resolution);
   const json at_least =
-      is_unmeasured ? json(stenosis_of_voxel(resolution.longest_mm, lesion.reference_diameter_mm))
-                    : json(nullptr);
+      is_unmeasured
+          ? json(least_stenosis(lesion.mld_mm, resolution.longest_mm, lesion.reference_diameter_mm))
+          : json(nullptr);
   return {{"centerline_id", lesion.path_id},
           {"abscissa_mm", lesion.abscissa_mm},
           {"mld_mm", lesion.mld_mm},
@@ -162,7 +163,8 @@ void mark_unmeasured(json& lesion) {
   if (!resolution.is_number() || !mld.is_number() || mld >= resolution) return;
   lesion["mld_below_resolution"] = true;
   lesion["stenosis_at_least_percent"] =
-      stenosis_of_voxel(resolution.get<double>(), lesion.at("reference_diameter_mm").get<double>());
+      least_stenosis(mld.get<double>(), resolution.get<double>(),
+                     lesion.at("reference_diameter_mm").get<double>());
 }
 
 /// Everything but the standard deviation of the throat.

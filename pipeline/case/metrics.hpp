@@ -25,8 +25,9 @@ nlohmann::json collect_metrics(const StageFiles& files, const centerline::Lesion
 /// The same where no stage has left a number yet.
 nlohmann::json empty_metrics();
 
-/// The percent diameter stenosis of a throat of a voxel, which is known of one that is narrower.
-double stenosis_of_voxel(double resolution_mm, double reference_diameter_mm);
+/// The percent diameter stenosis that is known of a throat whose diameter is not measured: it is no
+/// wider than a voxel, or than it seems.
+double least_stenosis(double mld_mm, double resolution_mm, double reference_diameter_mm);
 
 /// metrics.json's mesh part, with more of the surface and, if it was filled, of the tetrahedra.
 nlohmann::json mesh_metrics(const meshing::LumenMesh& lumen,

@@ -53,11 +53,13 @@ bool is_touched(const simulation::Wedge& wedge, const simulation::SimulationFram
                      [&](int v) { return pressure[std::size_t(v) % pressure.size()] > 0.0; });
 }
 
-double volume_of(const simulation::LayeredWall& wall, std::size_t wedge) {
+// Of the tissue that the wedge stands for.
+double tissue_volume(const simulation::LayeredWall& wall, std::size_t wedge) {
   std::array<Vec3, 6> corners;
   for (std::size_t c = 0; c < 6; ++c)
     corners[c] = wall.vertices[std::size_t(wall.wedges[wedge][c])];
-  return cut_wedge_volume(corners);
+  const double ratio = wall.tissue_ratio.empty() ? 1.0 : wall.tissue_ratio[wedge];
+  return ratio * cut_wedge_volume(corners);
 }
 
 struct Strength {
@@ -77,7 +79,7 @@ Strength strength_of(const simulation::LayeredWall& wall, const simulation::Simu
   for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
     const bool is_vessel = int(wall.region[w]) <= int(simulation::WallRegion::adventitia);
     if (!is_vessel || !is_touched(wall.wedges[w], peak)) continue;
-    const double volume = volume_of(wall, w);
+    const double volume = tissue_volume(wall, w);
     strength.touched_mm3 += volume;
     if (last[w].plastic_strain > kProofStrain) strength.over_mm3 += volume;
   }
@@ -117,7 +119,7 @@ nlohmann::json quantiles_of(const char* name, const Shares& shares,
   std::vector<std::pair<double, double>> stress, strain;
   for (std::size_t w = 0; w < wall.wedges.size(); ++w) {
     if (int(wall.region[w]) != region || !(shares[w] > 0.0)) continue;
-    const double volume = shares[w] * volume_of(wall, w);
+    const double volume = shares[w] * tissue_volume(wall, w);
     if (!(volume > 0.0)) continue;
     stress.emplace_back(stresses[w].principal_kpa, volume);
     strain.emplace_back(stresses[w].log_strain, volume);
@@ -184,6 +186,7 @@ simulation::LayeredWall read_layered_wall(const StageFiles& files, const Triangl
        of_wedges.integers<int>("Region", 0.0, double(simulation::kWallRegionCount) - 1.0))
     wall.region.push_back(simulation::WallRegion(region));
   wall.axial = of_wedges.vectors("Axial");
+  static_assert(meshing::kMostTissueRatio == simulation::kMostTissueRatio);
   wall.tissue_ratio =
       of_wedges.numbers("TissueRatio", simulation::kLeastTissueRatio, simulation::kMostTissueRatio);
   wall.lumen_triangles = lumen.triangles;

@@ -211,7 +211,7 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
         kUnmeasuredThroat,
         has_surface_input(work.files) ? "the voxels that the surface was made from" : "a voxel",
         resolution.longest_mm,
-        stenosis_of_voxel(resolution.longest_mm, lesion.reference_diameter_mm)));
+        least_stenosis(lesion.mld_mm, resolution.longest_mm, lesion.reference_diameter_mm)));
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(

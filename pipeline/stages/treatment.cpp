@@ -55,8 +55,8 @@ std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& 
   if (!widening || widening->ratio <= limits::kMostWideningBeside) return {};
   return {fmt::format(
       "beside the lesion the balloon widens the vessel from {:.1f} to {:.1f} mm, {:.1f} mm from "
-      "the inlet, where no stenosis is: {:.2f} times, at most {:.1f} is asked. A shorter or a "
-      "smaller balloon spares it (balloon.length_mm, balloon.nominal_diameter_mm)",
+      "the inlet: {:.2f} times, at most {:.1f} is asked. A shorter or a smaller balloon spares "
+      "it (balloon.length_mm, balloon.nominal_diameter_mm)",
       widening->before_mm, widening->peak_mm, widening->abscissa_mm, widening->ratio,
       limits::kMostWideningBeside)};
 }

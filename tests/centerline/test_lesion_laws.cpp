@@ -289,16 +289,38 @@ TEST(LesionLaws, NeitherTaperNorEctasiaNorAVesselThatEndsInAThinOneIsALesion) {
 }
 
 TEST(TightestPlace, BehindAWideRootIsReferredToTheVesselItself) {
-  // A bulb of 12.5 mm, then 100 mm of a vessel of 5.5 mm that undulates.
+  // A root of 8.5 mm that ends slowly, then a vessel of 5.5 mm that undulates.
   const auto diameter = [](double s) {
-    const double root = 7.0 / (1.0 + std::exp((s - 18.0) / 1.5));
+    const double root = 4.0 / (1.0 + std::exp((s - 18.0) / 15.0));
     return 5.5 + root + 0.3 * std::sin(0.4 * s);
   };
+  const auto check = [](const Lesion& place) {
+    EXPECT_FALSE(place.is_stenosis);
+    EXPECT_EQ(place.path_id, 0);
+    EXPECT_NEAR(place.reference_diameter_mm, 5.5, 0.4);
+    EXPECT_LT(place.diameter_stenosis_percent, 12.0);
+    EXPECT_EQ(place.reference_rule, "vessel");
+    EXPECT_GT(place.reference_tree_mm, place.reference_diameter_mm);
+  };
   const Lesion place = find_lesions(tree_of({line_of(diameter, 120.0)}), {}).at(0);
-  EXPECT_FALSE(place.is_stenosis);
-  EXPECT_NEAR(place.reference_diameter_mm, 5.5, 0.4);
-  EXPECT_LT(place.diameter_stenosis_percent, 12.0);
-  EXPECT_GE(place.reference_tree_mm, place.reference_diameter_mm);
+  check(place);
+  // A narrowing that is left out, in another vessel, changes nothing.
+  CenterlinePath thin =
+      line_of([](double s) { return 2.0 * narrowed(s, 20.0, 5.0, 0.6); }, 40.0, 1);
+  for (Vec3& p : thin.points) p.x += 60.0;
+  LesionOptions options;
+  options.voxel_mm = 0.8;
+  const auto beside = find_lesions(tree_of({line_of(diameter, 120.0), thin}), options);
+  EXPECT_EQ(beside.size(), 2U);
+  EXPECT_TRUE(beside.back().is_too_thin);
+  check(beside.front());
+  // Nor does it change that the place is named.
+  options = {};
+  options.centerline = 0;
+  options.abscissa_mm = place.abscissa_mm;
+  const Lesion named = find_lesions(tree_of({line_of(diameter, 120.0)}), options).at(0);
+  check(named);
+  EXPECT_EQ(named.reference_diameter_mm, place.reference_diameter_mm);
 }
 
 TEST(LesionLaws, WhatABranchingHidesIsNotMeasured) {

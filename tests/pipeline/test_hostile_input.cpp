@@ -112,6 +112,7 @@ TEST(HiddenInput, PathsAndNamesAreGone) {
   test::CommandFolder folder;
   const fs::path scans = folder.path() / "Nachname_Vorname";
   fs::create_directories(scans / "Studie 1");
+  fs::create_directories(scans / "Meyer");
   write_text_atomically(scans / "Studie 1" / "IM_Nachname.dcm", "x");
   const std::string input = scans.string();
   EXPECT_EQ(without_input("the folder " + input + " holds no DICOM", input),
@@ -120,6 +121,7 @@ TEST(HiddenInput, PathsAndNamesAreGone) {
             "cannot read FILE (damaged)");
   EXPECT_EQ(without_input(input + "/Studie 1/IM_Nachname.dcm is cut", input + "/"),
             "INPUT/FILE/FILE is cut");
+  EXPECT_EQ(without_input(input + "/Meyer: no images", input), "INPUT/FILE: no images");
   EXPECT_EQ(without_input("phantom:straight is none", "phantom:straight"),
             "phantom:straight is none");
 }
@@ -135,6 +137,10 @@ TEST(HiddenInput, IsAWholeWord) {
             "INPUT/IM_1 is cut; in 'INPUT' there is more, and in x/INPUT/y");
   EXPECT_EQ(without_input("cannot read A_Name.raw", "x/A_Name.nhdr"), "cannot read FILE.raw");
   EXPECT_EQ(without_input("cannot read Nachname_2.raw", "Nachname"), "cannot read INPUT_2.raw");
+  EXPECT_EQ(without_input("cannot read Carotid.raw. The Carotid is cut", "x/Carotid.nhdr"),
+            "cannot read FILE.raw. The Carotid is cut");
+  EXPECT_EQ(without_input("1.5 mm, at 12.3 mm; 1/12; x/12/IM_1", "12"),
+            "1.5 mm, at 12.3 mm; 1/12; x/INPUT/IM_1");
 }
 
 TEST(UnreadableFiles, BesideASeriesStopNobody) {

@@ -125,10 +125,12 @@ TEST(PressedWall, OneVertexDoesNotDecide) {
   std::vector<Triangle> triangles;
   SimulationFrame frame = pressed_tube(48, 4.03, triangles);
   const double before = pressed_wall(triangles, frame).p99_kpa;
-  frame.contact_pressure_kpa[frame.wall.size() / 2] *= 20.0;
-  EXPECT_LT(pressed_wall(triangles, frame).p99_kpa, 2.0 * before);
-  EXPECT_GT(*std::max_element(frame.contact_pressure_kpa.begin(), frame.contact_pressure_kpa.end()),
-            1900.0);
+  const std::size_t one = frame.wall.size() / 2;
+  frame.contact_pressure_kpa[one] *= 20.0;
+  const PressedWall pressed = pressed_wall(triangles, frame);
+  EXPECT_LT(pressed.p99_kpa, 2.0 * before);
+  EXPECT_LT(*std::max_element(pressed.pressure_kpa.begin(), pressed.pressure_kpa.end()),
+            0.25 * frame.contact_pressure_kpa[one]);
 }
 
 TEST(PressedWall, IsEmptyWhereNothingPresses) {

@@ -227,9 +227,15 @@ std::vector<vtkSmartPointer<vtkProp>> add_color_bar(vtkRenderer* renderer,
     parts.push_back(text);
   };
   const std::vector<double> round = round_ticks(low, high, 5);
+  const double step = round[1] - round[0];
+  const auto tick_text = [&](double tick) {  // an end between the steps needs a decimal more
+    const int decimals = tick_decimals(step);
+    const double rounded = std::round(tick * std::pow(10.0, decimals)) / std::pow(10.0, decimals);
+    return formats::fixed_text(tick, decimals + (std::abs(rounded - tick) > 0.05 * step ? 1 : 0));
+  };
   for (const double tick : bar_ticks(low, high))
-    add_text(formats::fixed_text(tick, tick_decimals(round[1] - round[0])),
-             place.left + place.width * (tick - low) / (high - low), place.bottom - 17.0 * scale);
+    add_text(tick_text(tick), place.left + place.width * (tick - low) / (high - low),
+             place.bottom - 17.0 * scale);
   add_text(title, place.left + 0.5 * place.width, place.bottom + place.height + 5.0 * scale);
   for (const auto& part : parts) renderer->AddViewProp(part);
   return parts;
