@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <system_error>
+#include <utility>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "segmentation/detail/available_memory.hpp"
 #include "segmentation/detail/dicom_pixels.hpp"
 #include "segmentation/detail/dicom_series.hpp"
@@ -74,11 +76,20 @@ std::vector<fs::path> volume_files_in(const fs::path& path) {
 
 void warn_of_others(const std::vector<DicomSeries>& all, std::size_t chosen,
                     std::vector<std::string>& warnings) {
-  for (std::size_t s = 0; s < all.size(); ++s)
-    if (s != chosen)
-      warnings.push_back(
-          detail::describe(all[s], s) + " was left out: " +
-          (all[s].usable ? "it has fewer voxels, or another was asked for" : all[s].verdict));
+  std::vector<std::pair<std::string, std::vector<std::string>>> left_out;  // by reason
+  for (std::size_t s = 0; s < all.size(); ++s) {
+    if (s == chosen) continue;
+    const std::string reason =
+        all[s].usable ? "it has fewer voxels, or another was asked for" : all[s].verdict;
+    auto same = std::find_if(left_out.begin(), left_out.end(),
+                             [&](const auto& one) { return one.first == reason; });
+    if (same == left_out.end()) same = left_out.insert(same, {reason, {}});
+    same->second.push_back(detail::describe(all[s], s));
+  }
+  for (const auto& [reason, series] : left_out)
+    warnings.push_back(list_a_few(series, "series") +
+                       (series.size() == 1 ? " was left out: " : " were left out, each because ") +
+                       reason);
 }
 
 /// Slices as floats, their resampled copy with as much again in between, and the largest object

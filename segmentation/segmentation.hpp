@@ -10,6 +10,9 @@
 
 namespace angio::segmentation {
 
+/// How a warning begins that says why what was found may be bone, bowel or muscle.
+inline constexpr const char* kDoubtfulLumen = "the lumen may be no vessel: ";
+
 /// A box along the patient's axes.
 struct LpsBox {
   Vec3 low;   ///< LPS [mm]

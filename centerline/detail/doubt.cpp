@@ -119,8 +119,16 @@ bool is_a_bead(const Known& known, const Vessel& vessel, const Dip& dip) {
 
 }  // namespace
 
+bool is_wider_than_beside(const Lesion& lesion) {
+  constexpr double kMostStep = 1.5;
+  const double beside = std::max(lesion.reference_proximal_mm, lesion.reference_distal_mm);
+  return lesion.reference_proximal_mm > 0.0 && lesion.reference_distal_mm > 0.0 &&
+         lesion.reference_diameter_mm > kMostStep * beside;
+}
+
 Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const Lesion& lesion,
                  const Surroundings& around) {
+  if (is_wider_than_beside(lesion)) return Doubt::faint;
   if (lies_beside_no_tube(known, dip)) return Doubt::beside_no_tube;
   if (around.is_crowded &&
       (lesion.reference_diameter_mm > kWidestTreated || lies_beyond_the_heart(known, dip)))

@@ -146,10 +146,8 @@ std::string what_else(centerline::Doubt doubt) {
       return "the vessel may be as thin there by itself";
     case centerline::Doubt::crowded:
       return "in so large a tree, or one where so many vessels touch or form loops, it may be "
-             "where "
-             "one vessel meets another; a region around the vessel, or seeds in it, take it "
-             "without "
-             "its neighbours (segmentation.region_lps_mm, segmentation.seeds_lps_mm)";
+             "where one vessel meets another; a region around the vessel, or seeds in it, take it "
+             "without its neighbours (segmentation.region_lps_mm, segmentation.seeds_lps_mm)";
     case centerline::Doubt::beside_no_tube:
       return "the lumen beside it is no tube, but an organ's or a sac's";
     case centerline::Doubt::heart:
@@ -160,8 +158,7 @@ std::string what_else(centerline::Doubt doubt) {
       return "the line ends in it, and no healthy vessel is seen behind it";
     case centerline::Doubt::bead:
       return "the width swings to and fro like beads on a string, as in a ragged segmentation or "
-             "in "
-             "fibromuscular dysplasia, where a diameter stenosis is no measure";
+             "in fibromuscular dysplasia, where a diameter stenosis is no measure";
     case centerline::Doubt::none:
     case centerline::Doubt::diffuse:
       break;

@@ -102,7 +102,8 @@ std::string reason_not_to_try(const meshing::Balloon& balloon) {
   const double shortest = meshing::shortest_balloon_length_mm(balloon.nominal_diameter_mm);
   if (balloon.length_mm >= shortest) return {};
   return fmt::format(
-      "no balloon longer than {:.1f} mm fits there, and none of {:.2f} mm is sold shorter than "
+      "there is room for a balloon of {:.1f} mm, and one of {:.2f} mm width is made no shorter "
+      "than "
       "{:.1f} mm",
       balloon.length_mm, balloon.nominal_diameter_mm, shortest);
 }
@@ -215,7 +216,8 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(
-      "{}; the balloon is placed at the tightest place of the longest vessel ({}). You can name "
+      "{}; the balloon is placed at the tightest place of the longest line that has room for one "
+      "({}). You can name "
       "another place (--set lesion.centerline=N lesion.abscissa_mm=S)",
       none_was_found(lesions, asked.min_stenosis_percent), place_of(lesion));
   work.warnings.push_back(placement.reason);

@@ -11,6 +11,7 @@
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
 #include "segmentation/detail/tunnels.hpp"
+#include "segmentation/segmentation.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
@@ -110,11 +111,12 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
         kAdvice);
   const auto deepest = std::min_element(level_set.values.begin(), level_set.values.end());
   if (double(*deepest) < -kWideVessel && !reaches_border(level_set, scanned))
-    warnings.push_back(
-        "the lumen is up to " + format_number(std::round(-20.0 * double(*deepest)) / 10.0) +
-        " mm wide and reaches the scan's border nowhere, which vessels of that width do: it may be "
-        "bowel with contrast medium, or another organ. Look at it; if so, " +
-        kAdvice);
+    warnings.push_back(std::string(kDoubtfulLumen) + "it is up to " +
+                       format_number(std::round(-20.0 * double(*deepest)) / 10.0) +
+                       " mm wide and reaches the scan's border nowhere, which vessels of that "
+                       "width do: bowel with "
+                       "contrast medium, or another organ, does so. Look at it; if so, " +
+                       kAdvice);
   if (double(*deepest) < -kWidestArtery) {
     const Vec3 place =
         place_of_voxel(level_set.geometry, std::size_t(deepest - level_set.values.begin()));
@@ -188,7 +190,7 @@ std::string check_evenness(const Volume<float>& level_set, const Volume<float>& 
   if (high - low > kMostSpread * middle)
     throw InputError("no vessel was found apart from bone (" + what +
                      ": there is no contrast medium, or bone is brighter). Try to " + kAdvice);
-  return what + " (bone or organs may have been taken for vessels: look at it); if so, " + kAdvice;
+  return kDoubtfulLumen + what + ". Look at it; if so, " + kAdvice;
 }
 
 std::string check_contrast(double lumen_intensity, const Volume<float>& scanned) {

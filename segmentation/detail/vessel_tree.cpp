@@ -241,6 +241,9 @@ bool is_couch(const Components& pieces, int piece, const Volume<float>& volume,
          is_in_air(pieces, piece, volume, level);
 }
 
+/// More than any region of the body has trees of vessels as wide as the one that was taken.
+constexpr int kManyPieces = 20;
+
 void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
                      const std::vector<bool>& kept, const SegmentationOptions& options,
                      VesselTree& tree) {
@@ -248,10 +251,11 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
   for (std::size_t v = 0; v < pieces.label.size(); ++v)
     lumen[std::size_t(pieces.label[v])] += tree.mask.values[v] == kLumen;
   int count = 0;
-  double volume = 0.0;
+  double volume = 0.0, taken = 0.0;
   std::vector<bool> is_told(kept.size(), false);
   for (std::size_t p = 1; p < kept.size(); ++p) {
     const double piece = double(lumen[p]) * voxel_volume(tree.mask.geometry);
+    taken += kept[p] ? piece : 0.0;
     // A vessel is tubular all along; a cloud of noise holds a voxel or two that look so.
     const double tubular = score[p] / tree.contrast * voxel_volume(tree.mask.geometry);
     if (kept[p] || tubular < options.min_component_mm3) continue;
@@ -264,7 +268,14 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
     const auto p = std::size_t(pieces.label[v]);
     tree.seen.values[v] = p > 0 && !is_told[p];
   }
-  if (count > 0)
+  if (options.seeds_lps_mm.empty() && count >= kManyPieces && volume > taken)
+    tree.warnings.push_back(
+        kDoubtfulLumen + std::to_string(count) + " pieces, " + format_number(volume) +
+        " mm3 in all, look like it and have no connection to the " + format_number(taken) +
+        " mm3 that were taken. Vessels are one tree, or a few; bones, bowel, muscle and noise are "
+        "many pieces. Look at it. " +
+        kAdvice);
+  else if (count > 0)
     tree.warnings.push_back(std::to_string(count) + (count == 1 ? " piece" : " pieces") +
                             " of vessel without a connection to the tree, " +
                             format_number(volume) +

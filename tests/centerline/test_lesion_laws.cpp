@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/doubt.hpp"
 #include "tests/centerline/straight_lines.hpp"
 
 // Laws of the search for lesions, on lines without an extraction.
@@ -286,6 +287,17 @@ TEST(LesionLaws, NeitherTaperNorEctasiaNorAVesselThatEndsInAThinOneIsALesion) {
   };
   for (std::size_t k = 0; k < healthy.size(); ++k)
     EXPECT_FALSE(find_lesions(tree_of({line_of(healthy[k], 70.0)}), {}).at(0).is_stenosis) << k;
+}
+
+TEST(Doubt, OfAReferenceThatIsWiderThanTheVesselOnBothSides) {
+  Lesion lesion;
+  lesion.reference_diameter_mm = 22.0;
+  lesion.reference_proximal_mm = 11.0;
+  EXPECT_FALSE(is_wider_than_beside(lesion)) << "of one side alone nothing is known";
+  lesion.reference_distal_mm = 12.0;
+  EXPECT_TRUE(is_wider_than_beside(lesion));
+  lesion.reference_proximal_mm = 15.0;
+  EXPECT_FALSE(is_wider_than_beside(lesion));
 }
 
 TEST(TightestPlace, BehindAWideRootIsReferredToTheVesselItself) {

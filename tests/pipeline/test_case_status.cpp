@@ -7,6 +7,7 @@
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/read_out.hpp"
 #include "run_program.hpp"
+#include "segmentation/segmentation.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -111,6 +112,12 @@ TEST(CaseStatus, OfViewsThatDoNotTellTheirVesselsIsNotDetermined) {
   EXPECT_EQ(views.status().reason, "31 % explained");
   EXPECT_EQ(quality(R"({"doubt": null})").status, "done");
   EXPECT_EQ(quality(R"({"method": "fdk"})").status, "done");
+  // Where bone may have been taken for vessels nothing is, either.
+  DoneCase scan;
+  EXPECT_EQ(scan.status().status, "done");
+  scan.record.stages[Stage::segmentation].warnings = {segmentation::kDoubtfulLumen +
+                                                      std::string("it is bone")};
+  EXPECT_EQ(scan.status().status, "not_determined");
   // Nor is it certain then that there is no stenosis.
   DoneCase healthy(R"({"status": "no_lesion", "status_reason": "none was found"})");
   healthy.set(Stage::reconstruction, "done");

@@ -175,6 +175,30 @@ TEST(SegmentVessels, TakesTheTreeOfTheSeedAndTellsOfTheRest) {
   EXPECT_THAT(refusal(volume, options), HasSubstr("outside the volume"));
 }
 
+TEST(SegmentVessels, DoubtsATreeThatIsLessThanManyPiecesBesideIt) {
+  TubeImage image;
+  image.size = {120, 120, 100};
+  const auto volume = image_of(image, [](const Vec3& p) {
+    double nearest = std::hypot(p.x, p.y) - 1.5;
+    for (int i = -2; i <= 2; ++i)
+      for (int j = -2; j <= 2; ++j)
+        if (i != 0 || j != 0)
+          nearest =
+              std::min(nearest, norm(p - Vec3{7.0 * i, 7.0 * j, std::clamp(p.z, -1.5, 1.5)}) - 1.0);
+    return nearest;
+  });
+  SegmentationOptions options;
+  const auto doubted = segment_vessels(volume, options).warnings;
+  EXPECT_EQ(std::count_if(doubted.begin(), doubted.end(),
+                          [](const auto& w) { return w.starts_with(kDoubtfulLumen); }),
+            1);
+  options.seeds_lps_mm = {{0.1, 0.1, 0.5}};
+  const auto asked = segment_vessels(volume, options).warnings;
+  EXPECT_EQ(std::count_if(asked.begin(), asked.end(),
+                          [](const auto& w) { return w.starts_with(kDoubtfulLumen); }),
+            0);
+}
+
 /// A tube and a second one of a share of its length, 6 mm apart.
 Volume<float> two_tubes(double share) {
   TubeImage image;
