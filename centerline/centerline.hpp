@@ -177,7 +177,8 @@ struct Lesion {
 /// the narrowing, or under a tenth of the healthy width). None is listed beside a lumen that is no
 /// tube, as an organ's or a sac's: the largest circle fills less than two fifths of the sections;
 /// and none where the width swings to and fro, by 1.35 each time, more than six times within eight
-/// healthy diameters to both sides. None of that where `centerline` names a line. Half of the width
+/// healthy diameters to both sides; and none whose reference is more than 1.5 times as wide as the
+/// healthy vessel on both sides. None of that where `centerline` names a line. Half of the width
 /// or more does not go missing without a word where the vessel is seen before and behind: told
 /// (Doubt::faint), whatever the odds.
 ///
