@@ -12,6 +12,8 @@ namespace angio::segmentation {
 
 /// How a warning begins that says why what was found may be bone, bowel or muscle.
 inline constexpr const char* kDoubtfulLumen = "the lumen may be no vessel: ";
+/// The same of one that many pieces beside it outweigh: organs beside a true aorta do so, too.
+inline constexpr const char* kOutweighedLumen = "more looks like vessel than was taken: ";
 
 /// A box along the patient's axes.
 struct LpsBox {

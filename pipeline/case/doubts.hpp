@@ -22,7 +22,8 @@ inline bool doubts_vessels(Stage stage, const std::string& warning) {
 /// guessed, of a throat that nobody can measure, of a lumen that may be none.
 inline bool concerns_result(Stage stage, const std::string& warning) {
   return stage == Stage::simulation || warning.starts_with(kUnitGuessed) ||
-         warning.starts_with(kUnmeasuredThroat) || doubts_vessels(stage, warning);
+         warning.starts_with(kUnmeasuredThroat) || doubts_vessels(stage, warning) ||
+         warning.starts_with(segmentation::kOutweighedLumen);
 }
 
 }  // namespace angio::pipeline

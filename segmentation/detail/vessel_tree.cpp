@@ -270,10 +270,10 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
   }
   if (options.seeds_lps_mm.empty() && count >= kManyPieces && volume > taken)
     tree.warnings.push_back(
-        kDoubtfulLumen + std::to_string(count) + " pieces, " + format_number(volume) +
-        " mm3 in all, look like it and have no connection to the " + format_number(taken) +
-        " mm3 that were taken. Vessels are one tree, or a few; bones, bowel, muscle and noise are "
-        "many pieces. Look at it. " +
+        kOutweighedLumen + std::to_string(count) + " pieces, " + format_number(volume) +
+        " mm3 in all, have no connection to the " + format_number(taken) +
+        " mm3 of the tree. Organs and veins beside it may be that; where there is no contrast "
+        "medium the tree itself may be bone, bowel or muscle. Look at it. " +
         kAdvice);
   else if (count > 0)
     tree.warnings.push_back(std::to_string(count) + (count == 1 ? " piece" : " pieces") +

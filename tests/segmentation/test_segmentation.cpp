@@ -190,12 +190,12 @@ TEST(SegmentVessels, DoubtsATreeThatIsLessThanManyPiecesBesideIt) {
   SegmentationOptions options;
   const auto doubted = segment_vessels(volume, options).warnings;
   EXPECT_EQ(std::count_if(doubted.begin(), doubted.end(),
-                          [](const auto& w) { return w.starts_with(kDoubtfulLumen); }),
+                          [](const auto& w) { return w.starts_with(kOutweighedLumen); }),
             1);
   options.seeds_lps_mm = {{0.1, 0.1, 0.5}};
   const auto asked = segment_vessels(volume, options).warnings;
   EXPECT_EQ(std::count_if(asked.begin(), asked.end(),
-                          [](const auto& w) { return w.starts_with(kDoubtfulLumen); }),
+                          [](const auto& w) { return w.starts_with(kOutweighedLumen); }),
             0);
 }
 
