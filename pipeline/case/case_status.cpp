@@ -4,7 +4,6 @@
 
 #include "core/error.hpp"
 #include "formats/case_file.hpp"
-#include "pipeline/case/doubts.hpp"
 #include "pipeline/case/metrics.hpp"
 
 namespace angio::pipeline {
@@ -21,12 +20,9 @@ const StageRecord* record_of(const RunRecord& record, Stage stage) {
   return found == record.stages.end() ? nullptr : &found->second;
 }
 
-/// Why nobody can tell whether the vessels are there: of views of a C-arm that stood still, or of
-/// a scan in which bone or bowel may have been taken for them. Empty of everything else.
+/// Why nobody can tell whether the vessels are there: of views of a C-arm that stood still. Empty
+/// of everything else.
 std::string doubt_of_vessels(const StageFiles& files, const RunRecord& record) {
-  if (const StageRecord* segmented = record_of(record, Stage::segmentation))
-    for (const std::string& warning : segmented->warnings)
-      if (doubts_vessels(Stage::segmentation, warning)) return warning;
   if (!record.is(Stage::reconstruction, "done") || !files.exists(kQuality)) return {};
   const nlohmann::json quality = read_json(files.path(kQuality));
   const auto doubt = quality.find("doubt");

@@ -13,16 +13,12 @@ namespace angio::pipeline {
 /// How the warning begins that a throat is below what the data show.
 inline constexpr std::string_view kUnmeasuredThroat = "the lesion's throat is narrower than";
 
-/// Whether a warning says that what was found may be no vessels.
-inline bool doubts_vessels(Stage stage, const std::string& warning) {
-  return stage == Stage::segmentation && warning.starts_with(segmentation::kDoubtfulLumen);
-}
-
 /// Whether a warning is told before those of other things: of the treatment, of a unit that was
 /// guessed, of a throat that nobody can measure, of a lumen that may be none.
 inline bool concerns_result(Stage stage, const std::string& warning) {
   return stage == Stage::simulation || warning.starts_with(kUnitGuessed) ||
-         warning.starts_with(kUnmeasuredThroat) || doubts_vessels(stage, warning) ||
+         warning.starts_with(kUnmeasuredThroat) ||
+         warning.starts_with(segmentation::kDoubtfulLumen) ||
          warning.starts_with(segmentation::kOutweighedLumen);
 }
 

@@ -76,10 +76,13 @@ std::string to_doubt(const json& metrics, const RunRecord& record) {
     for (const std::string& text : entry->second.warnings)
       if (concerns_result(stage, text) == own) doubts.push_back(text);
   };
-  for (const bool own : {true, false})
-    for (const Stage stage : {Stage::simulation, Stage::centerline, Stage::meshing,
-                              Stage::segmentation, Stage::reconstruction, Stage::report})
-      add(stage, own);
+  add(Stage::segmentation, true);  // whether it is a vessel at all
+  for (const Stage stage :
+       {Stage::simulation, Stage::centerline, Stage::meshing, Stage::reconstruction, Stage::report})
+    add(stage, true);
+  for (const Stage stage : {Stage::simulation, Stage::centerline, Stage::meshing,
+                            Stage::segmentation, Stage::reconstruction, Stage::report})
+    add(stage, false);
   if (doubts.empty()) return "to doubt nothing that was noticed";
   std::string line = "to doubt " + doubts.front();
   if (doubts.size() > 1) line += fmt::format(" ({} more in the report)", doubts.size() - 1);

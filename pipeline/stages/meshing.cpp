@@ -102,8 +102,7 @@ std::string reason_not_to_try(const meshing::Balloon& balloon) {
   const double shortest = meshing::shortest_balloon_length_mm(balloon.nominal_diameter_mm);
   if (balloon.length_mm >= shortest) return {};
   return fmt::format(
-      "there is room for a balloon of {:.1f} mm, and one of {:.2f} mm width is made no shorter "
-      "than "
+      "there is room for {:.1f} mm of balloon, and one of {:.2f} mm width is made no shorter than "
       "{:.1f} mm",
       balloon.length_mm, balloon.nominal_diameter_mm, shortest);
 }

@@ -114,8 +114,8 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
     warnings.push_back(std::string(kDoubtfulLumen) + "it is up to " +
                        format_number(std::round(-20.0 * double(*deepest)) / 10.0) +
                        " mm wide and reaches the scan's border nowhere, which vessels of that "
-                       "width do: bowel with "
-                       "contrast medium, or another organ, does so. Look at it; if so, " +
+                       "width do: it may be bowel with contrast medium, or another organ. "
+                       "Look at it; if so, " +
                        kAdvice);
   if (double(*deepest) < -kWidestArtery) {
     const Vec3 place =

@@ -113,7 +113,7 @@ WallStress stress_of(const SolidModel& model, std::size_t w, const std::array<Ve
   const SolidWedge<double> wedge = view.wedge(static_cast<int>(w));
   WallStress out;
   out.volume_ratio = wedge_volume(x.data()) / model.volume[w];
-  // The tissue's: the wedge carries as many of it.
+  // The tissue's pressure: the wedge carries that of tissue_ratio times as much.
   const double pressure = patch_energy(view, model.patch[w]).d1 / model.tissue_ratio[w];
   Mat3 sum, seen;
   for (std::size_t q = 0; q < kWedgePoints; ++q) {

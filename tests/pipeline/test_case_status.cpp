@@ -112,12 +112,6 @@ TEST(CaseStatus, OfViewsThatDoNotTellTheirVesselsIsNotDetermined) {
   EXPECT_EQ(views.status().reason, "31 % explained");
   EXPECT_EQ(quality(R"({"doubt": null})").status, "done");
   EXPECT_EQ(quality(R"({"method": "fdk"})").status, "done");
-  // Where bone may have been taken for vessels nothing is, either.
-  DoneCase scan;
-  EXPECT_EQ(scan.status().status, "done");
-  scan.record.stages[Stage::segmentation].warnings = {segmentation::kDoubtfulLumen +
-                                                      std::string("it is bone")};
-  EXPECT_EQ(scan.status().status, "not_determined");
   // Nor is it certain then that there is no stenosis.
   DoneCase healthy(R"({"status": "no_lesion", "status_reason": "none was found"})");
   healthy.set(Stage::reconstruction, "done");
@@ -220,6 +214,9 @@ TEST(ReadOut, SaysWhatWasBeforeWhatIsAfterAndWhatToDoubt) {
   EXPECT_EQ(treated.lines()[2], "to doubt " + throat + " (2 more in the report)");
   treated.record.stages[Stage::simulation].warnings = {"the balloon kinks", "it slips"};
   EXPECT_EQ(treated.lines()[2], "to doubt the balloon kinks (4 more in the report)");
+  const std::string bone = std::string(segmentation::kDoubtfulLumen) + "it is bone";
+  treated.record.stages[Stage::segmentation].warnings = {"a piece was left out", bone};
+  EXPECT_EQ(treated.lines()[2], "to doubt " + bone + " (6 more in the report)");
 }
 
 TEST(ReadOut, OfACaseThatNothingIsSaidOfHasNothingToDoubt) {
