@@ -143,8 +143,30 @@ ANGIO_HOST_DEVICE inline double estimated_lag(const double (&moved)[4]) {
   return moved[0] * q / (1.0 - q);
 }
 
-/// Sweeps until the step has converged or has had its sweeps. @return false if it must halt for new
-/// candidates; to be called again when they are there
+/// How much of what the balloon's vertices carried of contact in the last sweep has changed since,
+/// where its moves have led: root of the sum of squares, as the load [uN]. Renews the pairs.
+///
+/// A pair in a crease is stiff enough for the moves of one sweep to press it many times as hard
+/// as the sweep has found it: the residual, of before the moves, does not know.
+template <class Real, class Team>
+ANGIO_HOST_DEVICE inline double contact_jump(Team& team, const StepView<Real>& s) {
+  refresh(team, s);
+  double total[1] = {0.0};
+  if (has_pairs<Team>(s))
+    team.template quick_sum<1, 1>(
+        last_of_balloon(s),
+        [&](int v, const auto& lanes, auto* part) {
+          VertexForces<Real> f;
+          add_contact(s, v, lanes, f);
+          const Real jump = f.contact - s.balloon.moves[v].contact;
+          part[0] += jump * jump;
+        },
+        total);
+  return std::sqrt(total[0]);
+}
+
+/// Sweeps until the step has converged or has had its sweeps, and renews the pairs. @return false
+/// if it must halt for new candidates; to be called again when they are there
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                                          const StepRules& rules, StepStatus& status) {
@@ -152,6 +174,7 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
   // A balloon alone has no mode that is slow, unless its length is free.
   const bool leaps = ((Team::kSurroundings && s.bodies.wall().count > 0) || s.slide.count > 0) &&
                      !s.pbd.fills_balloon();
+  bool is_refreshed = false;
   if (leaps) mark_positions(team, s);
   const int patience = s.balloon.has_folds ? kFoldsPatience : kPatience;
   // A slack membrane that comes to lie on a shaft in a bend is far from balance at the start: what
@@ -189,13 +212,18 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                       report.lag < (is_late ? kLaterLag : 1.0) * rules.tolerance &&
                       report.residual < (is_late ? kLaterResidual : rules.residual);
     const bool rests = report.residual < rules.rest && withheld < rules.tolerance * rules.radius;
-    if (report.sweeps >= kLeastSweeps && (near || near_slack || rests)) break;
+    if (report.sweeps >= kLeastSweeps && (near || near_slack || rests) &&
+        contact_jump(team, s) <= kLaterResidual * std::sqrt(sums.load + status.load_floor)) {
+      is_refreshed = true;
+      break;
+    }
     if (leaps) leap(team, s, status);
   }
+  if (!is_refreshed) refresh(team, s);
   return true;
 }
 
-/// Measures the contact, lets the wall flow, and takes the velocities.
+/// Measures the contact, where pairs are renewed, lets the wall flow, and takes the velocities.
 template <class Real, class Team>
 ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
                                        const PlasticFlow<Real>& plasticity, StepStatus& status) {
@@ -205,7 +233,6 @@ ANGIO_HOST_DEVICE inline void end_step(Team& team, const StepView<Real>& s,
     s.motion.velocity[v] = (s.motion.x[v] - s.motion.x_before[v]) / s.motion.dt;
   });
   if (!Team::kSurroundings || s.bodies.wall().count == 0) return;
-  refresh(team, s);
   double total[3];
   team.template quick_sum<1, 3>(
       s.bodies.surface_count(),

@@ -121,6 +121,7 @@ ANGIO_HOST_DEVICE inline void propose_moves(Team& team, const StepView<Real>& s,
         if (Team::kSurroundings && s.contact.candidates.count > 0) {
           move.friction = norm(inverse * f.friction);
           move.adhesion = norm(inverse * f.adhesion);
+          move.contact = f.contact;
         }
         move.taut = f.taut;
         part[0] += dot(move.by_volume, move.by_force);

@@ -73,6 +73,7 @@ struct Move {
   Vec3T<Real> by_volume, by_force, by_pressure;  ///< g, w H^-1 f, w H^-1 g
   Real friction{};                               ///< |H^-1 f_friction| [mm]
   Real adhesion{};                               ///< |H^-1 f_adhesion| [mm]
+  Real contact{};                                ///< sum of normal forces [uN]
   bool taut = true;
 };
 

@@ -239,8 +239,8 @@ TEST(SearchPairs, AsksForNewCandidatesWhenBalloonAndWallHaveGoneTooFarTogether) 
   EXPECT_FALSE(search.run());
 }
 
-TEST(SearchPairs, NoNumberOfMotionsUsesUpAGap) {
-  Search search(0.9, 0.05);
+// Presses balloon and wall together as far as they let themselves be.
+void press_together(Search& search) {
   Vec3* x = search.view.motion.x;
   for (int round = 0; round < 200; ++round) {
     ASSERT_TRUE(search.run());
@@ -253,6 +253,11 @@ TEST(SearchPairs, NoNumberOfMotionsUsesUpAGap) {
     }
   }
   ASSERT_TRUE(search.run());
+}
+
+TEST(SearchPairs, NoNumberOfMotionsUsesUpAGap) {
+  Search search(0.9, 0.05);
+  press_together(search);
   double least = 1e9;
   for (const NearPair<double>& pair : search.pairs()) least = std::min(least, pair.gap_searched);
   const double floor = kLeastGap * search.view.contact.law.distance;
@@ -290,6 +295,57 @@ TEST(SearchPairs, NoMotionWithinItsBoundsMakesAPairCross) {
     }
     EXPECT_GT(least_a, most_b);  // a plane lies between the two
   }
+}
+
+// Takes down what the balloon's vertices carry, as a sweep does. @return root of the sum of squares
+double take_down_contact(const StepView<double>& view, CpuTeam& team) {
+  refresh(team, view);
+  double sum = 0.0;
+  for (int v = 0; v < last_of_balloon(view); ++v) {
+    VertexForces<double> forces;
+    add_contact(view, v, OneLane{}, forces);
+    view.balloon.moves[v].contact = forces.contact;
+    sum += forces.contact * forces.contact;
+  }
+  return std::sqrt(sum);
+}
+
+TEST(ContactJump, IsAllThatWasCarriedWhereSurfacesPart) {
+  Search search(0.9, 0.05);
+  press_together(search);
+  CpuTeam::Shared shared;
+  CpuTeam team(0, 1, shared);
+  const double carried = take_down_contact(search.view, team);
+  EXPECT_GT(carried, 0.0);
+  EXPECT_EQ(contact_jump(team, search.view), 0.0);
+  Vec3* x = search.view.motion.x;
+  for (int v = 0; v < search.t.scene.bodies.balloon().count; ++v)
+    x[v] -= 0.05 * normalized(Vec3{x[v].x, x[v].y, 0.0});
+  EXPECT_NEAR(contact_jump(team, search.view), carried, 1e-12 * carried);
+  EXPECT_EQ(take_down_contact(search.view, team), 0.0);
+}
+
+TEST(RunSweeps, DoNotEndWhereContactIsNotWhatTheyHaveSeen) {
+  Search search(0.9, 0.05);
+  press_together(search);
+  CpuTeam::Shared shared;
+  CpuTeam team(0, 1, shared);
+  StepRules rules;
+  rules.tolerance = rules.residual = 1e9;  // any state will do
+  rules.most_sweeps = 400;
+  StepStatus& status = search.status;
+  status.law.lower = status.law.limit = 5e5 * enclosed_volume(team, search.view);
+  status.law.top = 5e5;
+  begin_step(team, search.view, rules, status);
+  measure_gas(team, search.view, status);
+  status.stage = StepStage::sweeps;
+  ASSERT_TRUE(run_sweeps(team, search.view, rules, status));
+  EXPECT_LT(status.report.sweeps, rules.most_sweeps);
+  double load = 0.0;  // of the gas alone
+  for (int v = 0; v < last_of_balloon(search.view); ++v)
+    load += norm_squared((status.pressure - search.view.balloon.outside_pressure) *
+                         search.view.balloon.moves[v].by_volume);
+  EXPECT_LT(contact_jump(team, search.view), 0.1 * std::sqrt(load));
 }
 
 }  // namespace
