@@ -18,13 +18,11 @@ ANGIO_HOST_DEVICE inline void refresh_pair(const StepView<Real>& s, int index) {
   const Vec3T<Real> p[4] = {s.motion.x[pair.vertex[0]], s.motion.x[pair.vertex[1]],
                             s.motion.x[pair.vertex[2]], s.motion.x[pair.vertex[3]]};
   pair.weights = closest_points(pair, p);
-  Vec3T<Real> gap, before;  // the weights sum to 0
-  const Vec3T<Real> base_before = s.motion.x_before[pair.vertex[0]];
-  for (int i = 1; i < 4; ++i) {
-    gap += pair.weights.w[i] * (p[i] - p[0]);
-    before += pair.weights.w[i] * (s.motion.x_before[pair.vertex[i]] - base_before);
-  }
-  pair.gap_before = before;
+  const Vec3T<Real> before[4] = {
+      s.motion.x_before[pair.vertex[0]], s.motion.x_before[pair.vertex[1]],
+      s.motion.x_before[pair.vertex[2]], s.motion.x_before[pair.vertex[3]]};
+  const Vec3T<Real> gap = weighted_gap(pair.weights, p);
+  pair.gap_before = weighted_gap(pair.weights, before);
   const Real d = norm(gap);
   pair.direction = d > Real(0) ? gap / d : pair.normal;
   pair.gap = d - pair.radius;
@@ -77,11 +75,13 @@ ANGIO_HOST_DEVICE inline void add_film(const StepView<Real>& s, const NearPair<R
 template <class Real>
 struct PairForces {
   bool touching = false;
-  Real gap{};        // along the pair's direction [mm]
-  Real normal{};     // that parts them [uN]
-  Real stiffness{};  // along the gap [uN/mm]
-  Real rub{};        // friction per slip [uN/mm]
-  Vec3T<Real> slip;  // in this step, of side a against side b [mm]
+  GapWeights<Real> weights;
+  Vec3T<Real> direction;  // unit gap direction
+  Real gap{};             // along it [mm]
+  Real normal{};          // that parts them [uN]
+  Real stiffness{};       // along the gap [uN/mm]
+  Real rub{};             // friction per slip [uN/mm]
+  Vec3T<Real> slip;       // in this step, of side a against side b [mm]
 };
 
 /// The gap at which a pair's barrier is infinite [mm]: the one that motions leave, so that the
@@ -91,23 +91,43 @@ ANGIO_HOST_DEVICE inline Real closed_gap(const NearPair<Real>& pair) {
   return Real(pair.self ? kSelfLeastGap : kLeastGap) * pair.distance;
 }
 
+/// A pair that is pressed to this share of its range is deep: its force changes by as much as it is
+/// with moves that are next to nothing to all others.
+inline constexpr double kDeepShare = 0.05;
+/// The least distance, as a share of a deep pair's, at which the barrier is asked.
+inline constexpr double kLeastDepth = 1e-3;
+
+/// Finds a pair's closest points where its corners p are now.
+template <class Real>
+ANGIO_HOST_DEVICE inline void find_closest_points(const NearPair<Real>& pair,
+                                                  const Vec3T<Real> (&p)[4],
+                                                  PairForces<Real>& out) {
+  out.weights = closest_points(pair, p);
+  const Vec3T<Real> gap = weighted_gap(out.weights, p);
+  const Real distance = norm(gap);
+  if (distance > Real(0)) out.direction = gap / distance;
+  out.gap = distance - pair.radius;
+}
+
 /// Within a sweep a gap is taken along its last direction with its last weights, d = n . sum w_i
-/// x_i (exact to first order); refresh_pair renews both before each sweep.
+/// x_i (exact to first order); refresh_pair renews both before each sweep. Only a deep pair's
+/// closest points are found each time.
 template <class Real>
 ANGIO_HOST_DEVICE inline PairForces<Real> pair_forces(const StepView<Real>& s,
                                                       const NearPair<Real>& pair) {
   PairForces<Real> out;
-  const Vec3T<Real> n = pair.direction, base = s.motion.x[pair.vertex[0]];
-  Vec3T<Real> gap;
-  for (int i = 1; i < 4; ++i) gap += pair.weights.w[i] * (s.motion.x[pair.vertex[i]] - base);
-  out.gap = dot(n, gap) - pair.radius;
+  out.weights = pair.weights;
+  out.direction = pair.direction;
+  const Vec3T<Real> p[4] = {s.motion.x[pair.vertex[0]], s.motion.x[pair.vertex[1]],
+                            s.motion.x[pair.vertex[2]], s.motion.x[pair.vertex[3]]};
+  const Vec3T<Real> gap = weighted_gap(pair.weights, p);
+  out.gap = dot(out.direction, gap) - pair.radius;
   if (!(pair.weight > Real(0)) || out.gap >= pair.distance) return out;
-  const Real closed = closed_gap(pair), range = pair.distance - closed, least = Real(0.05) * range;
-  Real d = out.gap - closed;
-  if (!(d > least)) {
-    const Real true_gap = norm(gap) - pair.radius - closed, tiny = Real(1e-3) * least;
-    d = true_gap < least ? (true_gap > tiny ? true_gap : tiny) : least;
-  }
+  const Real closed = closed_gap(pair), range = pair.distance - closed,
+             deep = Real(kDeepShare) * range;
+  if (!(out.gap - closed > deep)) find_closest_points(pair, p, out);
+  const Real least = Real(kLeastDepth) * deep,
+             d = out.gap - closed > least ? out.gap - closed : least;
   const Barrier<Real> b = barrier(d, range);
   // The slope goes with the distance: any carries the same pressure at its half.
   const Real scale =
@@ -118,7 +138,7 @@ ANGIO_HOST_DEVICE inline PairForces<Real> pair_forces(const StepView<Real>& s,
   if (pair.shaft || pair.self)
     return out;  // a shaft slides in its balloon, wet folds on each other
   out.slip = gap - pair.gap_before;
-  out.slip -= dot(out.slip, n) * n;
+  out.slip -= dot(out.slip, out.direction) * out.direction;
   out.rub = out.normal * friction_per_slip(s.contact.law.friction, norm(out.slip));
   return out;
 }
@@ -130,10 +150,11 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const 
   for (int r = s.contact.candidates.ref_begin[v] + lanes.rank(); r < s.contact.near.ref_end[v];
        r += lanes.size()) {
     const NearPair<Real>& pair = s.contact.near.pairs[s.contact.near.refs[r].pair];
-    const Real w = pair.weights.w[s.contact.near.refs[r].corner];
-    if (!(pair.weight + pair.film > Real(0)) || w == Real(0)) continue;
+    const int corner = s.contact.near.refs[r].corner;
+    if (!(pair.weight + pair.film > Real(0)) || pair.weights.w[corner] == Real(0)) continue;
     const PairForces<Real> forces = pair_forces(s, pair);
-    const Vec3T<Real> n = pair.direction;
+    const Vec3T<Real> n = forces.direction;
+    const Real w = forces.weights.w[corner];
     if (pair.film > Real(0)) add_film(s, pair, w, n, forces.gap, out);
     if (!forces.touching) continue;
     const Real share = forces.normal * abs_of(w);
@@ -146,8 +167,8 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const 
     if (pair.self) out.own += (forces.normal * w) * n;
     out.friction += friction;
     // With a twin that moves at the same time: (a u + b v)^2 <= (|a| + |b|) (|a| u^2 + |b| v^2).
-    const int twin = pair.twin[s.contact.near.refs[r].corner];
-    const Real both = w * w + (twin < 0 ? Real(0) : abs_of(w * pair.weights.w[twin]));
+    const int twin = pair.twin[corner];
+    const Real both = w * w + (twin < 0 ? Real(0) : abs_of(w * forces.weights.w[twin]));
     const Real along = forces.stiffness * both, across = forces.rub * w * w;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)

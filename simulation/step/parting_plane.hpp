@@ -46,12 +46,18 @@ ANGIO_HOST_DEVICE inline PartingPlane<Real> plane_across(const Pair& pair, const
   return plane;
 }
 
+/// sum w_i p_i; the weights sum to 0.
+template <class Real>
+ANGIO_HOST_DEVICE inline Vec3T<Real> weighted_gap(const GapWeights<Real>& weights,
+                                                  const Vec3T<Real> (&p)[4]) {
+  Vec3T<Real> gap;
+  for (int i = 1; i < 4; ++i) gap += weights.w[i] * (p[i] - p[0]);
+  return gap;
+}
+
 template <class Real, class Pair>
 ANGIO_HOST_DEVICE inline Vec3T<Real> gap_between(const Pair& pair, const Vec3T<Real> (&p)[4]) {
-  const GapWeights<Real> weights = closest_points(pair, p);
-  Vec3T<Real> gap;
-  for (int i = 1; i < 4; ++i) gap += weights.w[i] * p[i];
-  return gap;
+  return weighted_gap(closest_points(pair, p), p);
 }
 
 /// A plane that proves less than this share of the distance found is looked for again.

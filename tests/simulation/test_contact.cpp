@@ -297,6 +297,38 @@ TEST(SearchPairs, NoMotionWithinItsBoundsMakesAPairCross) {
   }
 }
 
+// Where a gap is a thousandth of the edges, corners that slide by as much part by their old
+// weights, while the surfaces do not.
+TEST(PairForces, OfADeepPairAreThoseOfItsDistanceNow) {
+  Search search(0.9, 0.05);
+  press_together(search);
+  CpuTeam::Shared shared;
+  CpuTeam team(0, 1, shared);
+  const StepView<double>& view = search.view;
+  refresh(team, view);
+  Vec3* x = view.motion.x;
+  std::mt19937 random(13);
+  const double floor = kLeastGap * view.contact.law.distance;
+  for (int v = 0; v < search.t.scene.vertex_count(); ++v) {
+    const Vec3 radial = normalized(Vec3{x[v].x, x[v].y, 0.0}), along = random_point(random);
+    x[v] += 2.0 * floor * (along - dot(along, radial) * radial);
+  }
+  int deep = 0;
+  for (const NearPair<double>& pair : search.pairs()) {
+    const PairForces<double> forces = pair_forces(view, pair);
+    if (!forces.touching) continue;
+    Vec3 p[4];
+    for (int i = 0; i < 4; ++i) p[i] = x[pair.vertex[i]] - x[pair.vertex[0]];
+    const double range = pair.distance - floor, distance = norm(gap_between(pair, p)) - floor;
+    if (distance > 0.5 * kDeepShare * range || distance < kLeastDepth * kDeepShare * range)
+      continue;
+    ++deep;
+    const double force = -view.contact.law.stiffness * pair.weight * barrier(distance, range).slope;
+    EXPECT_NEAR(forces.normal, force, 1e-9 * force);
+  }
+  EXPECT_GT(deep, 20);
+}
+
 // Takes down what the balloon's vertices carry, as a sweep does. @return root of the sum of squares
 double take_down_contact(const StepView<double>& view, CpuTeam& team) {
   refresh(team, view);
