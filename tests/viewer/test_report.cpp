@@ -280,6 +280,27 @@ TEST(Report, SurfaceWithoutScanStenosisOrDilationIsReportedToo) {
   EXPECT_FALSE(has(without_pictures(files.at("index.html")), "wire and scan"));
 }
 
+TEST(Straightened, FillsItsSheetWhateverTheVesselsShape) {
+  const auto picture_of = [](double radius, double length) {
+    const test::TubeShape shape{.radius_mm = radius, .length_mm = length, .depth = 0.0};
+    ReportContent content;
+    content.lumen = test::make_tube(shape);
+    content.tree.paths = {test::make_path(shape)};
+    content.lesion_abscissa_mm = 0.5 * length;
+    content.after.abscissa_mm = {0.0, length};
+    return detail::draw_straightened(content).at(0).picture;
+  };
+  // Long and thin: above each other. Short and wide, wider than long: side by side.
+  for (const auto& [radius, length] : {std::pair{1.5, 40.0}, {10.0, 60.0}, {10.0, 20.0}}) {
+    const detail::Picture picture = picture_of(radius, length);
+    std::size_t bare = 0;
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
+      bare += std::min({picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2]}) > 200 ? 1U : 0U;
+    EXPECT_LT(double(bare), 0.15 * double(picture.rgb.size()) / 3.0) << radius << ' ' << length;
+    EXPECT_GE(picture.width, picture.height) << radius << ' ' << length;
+  }
+}
+
 TEST(Cards, TellTheThroatsStandardDeviationWhereItIsKnown) {
   const auto cards = [](const std::string& lesion, const std::string& rest) {
     return detail::headline(
