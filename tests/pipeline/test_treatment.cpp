@@ -50,17 +50,57 @@ std::optional<WideningBeside> widening_with(double wide) {
     add(before, s, 6.0 - lesion - dip);
     add(peak, s, s >= 40.0 && s <= 60.0 ? wide : 6.3);
   }
-  return widening_beside(before, peak, {20.0, 30.0}, 6.0);
+  return widening_beside(before, peak, {{20.0, 30.0}}, 6.0);
 }
 
 TEST(WideningBeside, IsTheMostThatHealthyVesselGivesWay) {
   ASSERT_TRUE(widening_with(9.0));
   EXPECT_NEAR(widening_with(9.0)->ratio, 1.5, 1e-12);
   EXPECT_NEAR(widening_with(9.0)->before_mm, 6.0, 1e-12);
-  EXPECT_EQ(widening_warnings(widening_with(9.0)).size(), 1U);
+  ASSERT_EQ(widening_warnings(widening_with(9.0), true).size(), 1U);
+  EXPECT_NE(widening_warnings(widening_with(9.0), true)[0].find("beside the lesion"),
+            std::string::npos);
+  EXPECT_EQ(widening_warnings(widening_with(9.0), false)[0].find("lesion"), std::string::npos)
+      << "there is none";
   EXPECT_NEAR(widening_with(6.3)->ratio, 1.05, 1e-12) << "neither the lesion nor the dip counts";
-  EXPECT_TRUE(widening_warnings(widening_with(6.3)).empty());
-  EXPECT_FALSE(widening_beside({}, {}, {20.0, 30.0}, 6.0));
+  EXPECT_TRUE(widening_warnings(widening_with(6.3), true).empty());
+  EXPECT_FALSE(widening_beside({}, {}, {{20.0, 30.0}}, 6.0));
+}
+
+TEST(WideningBeside, OfALongSecondLesionIsNoneOfHealthyVessel) {
+  // Lesions of 3 mm in a vessel of 6 mm from 20 to 30 and from 50 to 75 mm, both opened to 5.5 mm.
+  centerline::LumenProfile before, peak;
+  for (double s = 0.0; s <= 100.0; s += 1.0) {
+    const bool is_narrow = (s > 20.0 && s < 30.0) || (s > 50.0 && s < 75.0);
+    for (auto& [profile, diameter] :
+         {std::pair<centerline::LumenProfile&, double>(before, is_narrow ? 3.0 : 6.0),
+          {peak, is_narrow ? 5.5 : 6.3}}) {
+      profile.abscissa.push_back(s);
+      profile.inscribed_radius.push_back(0.5 * diameter);
+      profile.section_area.push_back(0.25 * units::kPi * diameter * diameter);
+    }
+  }
+  EXPECT_GT(widening_beside(before, peak, {{20.0, 30.0}}, 6.0)->ratio, 1.5);
+  EXPECT_NEAR(widening_beside(before, peak, {{50.0, 75.0}, {20.0, 30.0}}, 6.0)->ratio, 1.05, 1e-12);
+}
+
+TEST(WideningBeside, KnowsTheLesionsOfOtherLinesAsFarAsTheyRunAlong) {
+  CenterlineTree tree;
+  for (const int id : {0, 1, 2}) {  // 0 and 1 share the first 20 mm; 2 begins elsewhere
+    CenterlinePath path;
+    path.id = id;
+    for (int i = 0; i <= 40; ++i)
+      path.points.push_back({id == 1 && i > 20 ? i - 20.0 : 0.0, id == 2 ? 5.0 : 0.0, double(i)});
+    path.abscissa = arc_length(path.points);
+    tree.paths.push_back(path);
+  }
+  const auto lesion = [](int id, double first, double last) {
+    return nlohmann::json{{"centerline_id", id}, {"proximal_mm", first}, {"distal_mm", last}};
+  };
+  const nlohmann::json lesions = {lesion(0, 30.0, 35.0), lesion(1, 5.0, 8.0), lesion(1, 18.0, 25.0),
+                                  lesion(1, 30.0, 32.0), lesion(2, 5.0, 8.0)};
+  EXPECT_EQ(lesions_on(tree.paths[0], lesions, tree),
+            (std::vector<Stretch>{{30.0, 35.0}, {5.0, 8.0}, {18.0, 20.0}}));
 }
 
 TEST(Treatment, TellsTheRangeOfTwoRunsTheSmallerFirst) {
