@@ -318,6 +318,50 @@ TEST(TreatedLumen, WhatTheImageDoesNotShowSoWideIsNoSectionOfIt) {
   EXPECT_LT(mld(17.0, 17.0), 3.2);
 }
 
+TEST(TreatedLumen, AWallBesideItIsNoSectionOfIt) {
+  // Another surface all round the second throat, which is 1.4 mm wide.
+  TriangleMesh lumen = tube(97, 24, narrowed);
+  const TriangleMesh other = tube(97, 24, [](double) { return 1.9; });
+  const int own = int(lumen.vertices.size());
+  for (const Triangle& t : other.triangles) {
+    const double z = other.vertices[std::size_t(t[0])].z;
+    if (z > 14.0 && z < 20.0) lumen.triangles.push_back({own + t[0], own + t[1], own + t[2]});
+  }
+  lumen.vertices.insert(lumen.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (std::size_t v = std::size_t(own); v < lumen.vertices.size(); ++v)
+    if (const double z = lumen.vertices[v].z; z < 14.0 || z > 20.0)
+      lumen.vertices[v] = {90.0, 0.0, z};  // that no triangle has
+  std::vector<int> region;
+  std::vector<Vec3> wall;
+  for (int v = 0; v < own; ++v) {
+    region.push_back(v);
+    wall.push_back(lumen.vertices[std::size_t(v)]);
+  }
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 21.0, 3.0, 21.0}, 0.7, false);
+  const centerline::LumenProfile profile = treated.profile(wall);
+  ASSERT_GT(profile.abscissa.size(), 10U);
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    const double radius = narrowed(profile.abscissa[i]);
+    EXPECT_LT(profile.section_area[i], 1.8 * units::kPi * radius * radius) << profile.abscissa[i];
+  }
+}
+
+TEST(TreatedLumen, OfASinglePlaceOneSectionCountsAtAllMoments) {
+  // Before, the wall around the place is not seen; after, it is.
+  const TriangleMesh whole = tube(97, 24, narrowed);
+  TriangleMesh torn = whole;
+  std::vector<int> region;
+  for (std::size_t v = 0; v < torn.vertices.size(); ++v) {
+    region.push_back(int(v));
+    if (std::abs(torn.vertices[v].z - 9.0) < 1.5) torn.vertices[v] = {0.0, 0.0, 36.0};
+  }
+  const TreatedLumen treated(torn, region, axis(), {9.0, 9.0, 3.0, 21.0}, 0.7, false);
+  const auto before = treated.measures(treated.profile(torn.vertices)).lesion,
+             after = treated.measures(treated.profile(whole.vertices)).lesion;
+  EXPECT_EQ(after.mla_abscissa_mm, before.mla_abscissa_mm);
+  EXPECT_GT(after.mld_mm, 2.1) << "as beside the throat";
+}
+
 TEST(TreatedLumen, FollowsTheWallAndNoVesselFarAway) {
   TriangleMesh lumen = tube(97, 24, narrowed);
   const std::size_t own = lumen.vertices.size();
