@@ -123,7 +123,10 @@ CenterlineResult extract_tree(const Lumen& lumen, LumenVoxels& voxels, const Ope
                                 "in LPS [mm]: check the order and the signs");
   }
   for (std::string& pair : find_vessels_side_by_side(result.tree, lumen.level_set))
-    result.warnings.push_back(std::move(pair));
+    result.warnings.push_back(
+        std::move(pair) +
+        (lumen.surface ? "; a surface of one of them takes it without the other"
+                       : "; a higher segmentation.intensity_min or finer voxels may part them"));
   return result;
 }
 
@@ -227,7 +230,7 @@ CenterlineResult extract(const Lumen& lumen, const CenterlineOptions& options,
                                 : std::to_string(result.tree_count) +
                                       " of them, each a tree with an inlet of its own") +
         " (" + std::to_string(int(std::lround(100.0 * (1.0 - result.left_out)))) +
-        " % of the voxels)");
+        " % of the lumen)");
   progress.report(1.0);
   return result;
 }

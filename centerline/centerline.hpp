@@ -134,18 +134,19 @@ struct Lesion {
   bool is_too_thin = false;   ///< it would be one, but the data are too coarse to measure it,
   Doubt doubt = Doubt::none;  ///< or it may be something else
   int path_id = 0;
-  double abscissa_mm = 0.0;
+  double abscissa_mm = 0.0;  ///< of the MLD, or where the user said
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;
   double distal_mm = 0.0;    ///< both abscissa_mm when it is less everywhere
-  double mld_mm = 0.0;       ///< 2 x the least inscribed radius, freed of single points' errors
-  double mla_mm2 = 0.0;      ///< least section area
+  double mld_mm = 0.0;       ///< 2 x the least inscribed radius, freed of single points' errors,
+                             ///< of places that are narrowed by min_stenosis_percent, if any is
+  double mla_mm2 = 0.0;      ///< least section area, perhaps beside the MLD
   double reference_diameter_mm = 0.0;  ///< by reference_rule: the same number
   std::string reference_rule;          ///< "tree", "vessel" or "ends"
-  /// Healthy diameter at the tightest place by the best healthy tree (find_reference).
+  /// Healthy diameter where the MLD is by the best healthy tree (find_reference).
   double reference_tree_mm = 0.0;
   /// The straight line through the healthy diameters of the same branch within five diameters
-  /// before and behind the lesion, read at the tightest place; 0 unless a diameter is healthy on
-  /// either side.
+  /// before and behind the lesion, read where the MLD is; 0 unless a diameter is healthy on either
+  /// side.
   double reference_interpolated_mm = 0.0;
   double reference_proximal_mm = 0.0;  ///< median of the healthy diameters within three diameters
   double reference_distal_mm = 0.0;    ///< before and behind the edges; 0 where there are none

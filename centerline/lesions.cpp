@@ -224,8 +224,8 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
         (options.centerline >= 0 || !is_told_anyway(known, vessel, dip)))
       continue;
     const Vessel shown = options.centerline >= 0 ? vessel : on_longest_path(reference, vessel, dip);
-    Lesion lesion =
-        describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]}, shown, dip);
+    Lesion lesion = describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]},
+                                 shown, dip, options.min_stenosis_percent);
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
@@ -371,7 +371,8 @@ Lesion lesion_at(const Known& known, const LesionOptions& options) {
       std::lower_bound(path.abscissa.begin(), path.abscissa.end(), options.abscissa_mm);
   const auto at = std::size_t(above - path.abscissa.begin());
   const Vessel whole{0, 0, path.points.size() - 1};
-  Lesion lesion = describe_dip(known, whole, grow_dip(known, whole, at));
+  Lesion lesion =
+      describe_dip(known, whole, grow_dip(known, whole, at), options.min_stenosis_percent);
   lesion.abscissa_mm = options.abscissa_mm;
   lesion.is_stenosis = lesion.diameter_stenosis_percent >= options.min_stenosis_percent;
   return lesion;

@@ -66,9 +66,9 @@ void improve_surface(SurfaceDraft& draft, const SurfaceTarget& target, double to
   closed_count += detail::close_openings(draft);
   detail::bring_membranes_back(draft, target);
   if (closed_count > 0)
-    warnings.push_back("at " + std::to_string(closed_count) +
-                       " places finer than the image can show, the lumen's surface crossed itself "
-                       "and was closed again");
+    warnings.push_back("at " + std::to_string(closed_count) + " places finer than the " +
+                       target.source() +
+                       " can show, the lumen's surface crossed itself and was closed again");
 }
 
 /// The wall with exactly the triangles asked for, less those of the caps to come.
@@ -109,9 +109,8 @@ void shape_surface(SurfaceDraft& draft, const SurfaceTarget& target, double tole
     if (!after.contains(rim)) lost.push_back(detail::name_of_end(rim));
   if (!lost.empty())
     warnings.push_back(
-        "these ends of lines stay closed, because the lumen there is finer than the image can "
-        "show: " +
-        list_a_few(lost, "ends"));
+        "these ends of lines stay closed, because the lumen there is finer than the " +
+        target.source() + " can show: " + list_a_few(lost, "ends"));
 }
 
 void measure_least_angles(LumenMesh& lumen) {

@@ -73,9 +73,7 @@ std::string moments_section(const detail::Album& album, const std::vector<Figure
   return album.block(moments, "stack") +
          "<p class=\"sub\">Blue: the balloon, on its guidewire. Pink: the wall that is simulated, "
          "as "
-         "far as the balloon may reach. Grey: the rest of the lumen, as the image shows it; it "
-         "does "
-         "not move.</p>\n";
+         "far as the balloon may reach. Grey: the rest of the lumen, which does not move.</p>\n";
 }
 
 std::string contour_key(bool has_after) {

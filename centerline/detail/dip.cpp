@@ -22,6 +22,17 @@ constexpr double kLeastLength = 0.5;
 /// falls by less than half of it, the line runs off the middle or the section holds two vessels.
 constexpr double kLeastAreaShare = 0.5;
 
+/// The narrowest place of a dip, of those that are narrowed by a percentage where any is: a vessel
+/// that tapers may be narrower, but less narrowed, behind its tightest place.
+std::size_t narrowest_of(const Known& known, const Dip& dip, double least_percent) {
+  std::size_t narrowest = dip.tightest;
+  for (std::size_t k = dip.first; k <= dip.last; ++k)
+    if (known.is_measured(k) && known.percent(k) >= least_percent &&
+        known.reference.measured[k] < known.reference.measured[narrowest])
+      narrowest = k;
+  return narrowest;
+}
+
 /// Abscissa between points a (narrow) and b (not) where the stenosis is the shoulder's.
 double shoulder(const Known& known, std::size_t a, std::size_t b) {
   const double pa = known.percent(a), pb = known.percent(b);
@@ -31,14 +42,19 @@ double shoulder(const Known& known, std::size_t a, std::size_t b) {
   return s[a] + t * (s[b] - s[a]);
 }
 
-/// The least value of a positive measure over a dip: of the parabola through the values within a
-/// fifth of the vessel's diameter around the lowest. A least value of single points would be that
-/// of their worst error.
-double least_of(const Known& known, const std::vector<double>& values, const Dip& dip) {
-  constexpr double kReach = 0.2, kOwnReach = 0.5, kMostAbove = 1.25, kLeastBelow = 0.9;
+std::size_t lowest_of(const Known& known, const std::vector<double>& values, const Dip& dip) {
   std::size_t lowest = dip.tightest;
   for (std::size_t k = dip.first; k <= dip.last; ++k)
     if (known.is_measured(k) && values[k] < values[lowest]) lowest = k;
+  return lowest;
+}
+
+/// A positive measure at the place of a dip where it is lowest: the least of the parabola through
+/// the values within a fifth of the vessel's diameter around it. A least value of single points
+/// would be that of their worst error.
+double least_at(const Known& known, const std::vector<double>& values, const Dip& dip,
+                std::size_t lowest) {
+  constexpr double kReach = 0.2, kOwnReach = 0.5, kMostAbove = 1.25, kLeastBelow = 0.9;
   const auto& s = known.path.abscissa;
   const double reach = std::min(kReach * known.reference.diameter[lowest],
                                 std::max(kOwnReach * known.reference.measured[lowest], 1e-9));
@@ -92,12 +108,12 @@ double length_of(const Known& known, const std::vector<std::size_t>& points) {
 }
 
 /// The straight line through the healthy diameters of a dip's own branch within five diameters of
-/// its edges, read at its tightest place; 0 unless a diameter is healthy on either side.
-double interpolate(const Known& known, const Vessel& vessel, const Dip& dip) {
+/// its edges, read at a place; 0 unless a diameter is healthy on either side.
+double interpolate(const Known& known, const Vessel& vessel, const Dip& dip, std::size_t place) {
   constexpr double kReach = 5.0, kShoulder = 5.0;  // the latter in percent
-  const double diameter = known.reference.diameter[dip.tightest];
+  const double diameter = known.reference.diameter[place];
   const auto& s = known.path.abscissa;
-  const int branch = known.reference.branch[dip.tightest];
+  const int branch = known.reference.branch[place];
   double n = 0.0, sum_t = 0.0, sum_d = 0.0, sum_tt = 0.0, sum_td = 0.0;
   for (const int direction : {-1, 1}) {
     auto points = healthy_beside(known, vessel, direction < 0 ? dip.first : dip.last, direction,
@@ -108,7 +124,7 @@ double interpolate(const Known& known, const Vessel& vessel, const Dip& dip) {
     });
     if (length_of(known, points) < diameter) return 0.0;
     for (const std::size_t i : points) {
-      const double t = s[i] - s[dip.tightest], d = known.reference.measured[i];
+      const double t = s[i] - s[place], d = known.reference.measured[i];
       n += 1.0;
       sum_t += t;
       sum_d += d;
@@ -119,16 +135,17 @@ double interpolate(const Known& known, const Vessel& vessel, const Dip& dip) {
   return (sum_d * sum_tt - sum_td * sum_t) / (n * sum_tt - sum_t * sum_t);
 }
 
-void set_references(const Known& known, const Vessel& vessel, const Dip& dip, Lesion& lesion) {
+void set_references(const Known& known, const Vessel& vessel, const Dip& dip, std::size_t place,
+                    Lesion& lesion) {
   constexpr double kReach = 3.0;
   const auto beside = [&](std::size_t edge, int direction) {
     return median_diameter(known, healthy_beside(known, vessel, edge, direction,
                                                  kReach * known.reference.diameter[edge]));
   };
   lesion.reference_rule = "tree";
-  lesion.reference_tree_mm = known.reference.diameter[dip.tightest];
+  lesion.reference_tree_mm = known.reference.diameter[place];
   lesion.reference_diameter_mm = lesion.reference_tree_mm;
-  lesion.reference_interpolated_mm = interpolate(known, vessel, dip);
+  lesion.reference_interpolated_mm = interpolate(known, vessel, dip, place);
   lesion.reference_proximal_mm = beside(dip.first, -1);
   lesion.reference_distal_mm = beside(dip.last, +1);
   const int sides = int(lesion.reference_proximal_mm > 0.0) + int(lesion.reference_distal_mm > 0.0);
@@ -175,19 +192,22 @@ Dip grow_dip(const Known& known, const Vessel& vessel, std::size_t at) {
   return dip;
 }
 
-Lesion describe_dip(const Known& known, const Vessel& vessel, const Dip& dip) {
+Lesion describe_dip(const Known& known, const Vessel& vessel, const Dip& dip,
+                    double least_percent) {
   const CenterlinePath& path = known.path;
+  const std::size_t place = narrowest_of(known, dip, least_percent);
   Lesion lesion;
   lesion.path_id = path.id;
-  lesion.abscissa_mm = path.abscissa[dip.tightest];
-  if (known.is_measured(dip.tightest)) {
-    lesion.mld_mm = least_of(known, known.reference.measured, dip);
-    lesion.mla_mm2 = least_of(known, path.section_area, dip);
+  lesion.abscissa_mm = path.abscissa[place];
+  if (known.is_measured(place)) {
+    lesion.mld_mm = least_at(known, known.reference.measured, dip, place);
+    lesion.mla_mm2 =
+        least_at(known, path.section_area, dip, lowest_of(known, path.section_area, dip));
   } else {  // a place that the user chose in a branching
-    lesion.mld_mm = 2.0 * measured_radius(path)[dip.tightest];
-    lesion.mla_mm2 = path.section_area[dip.tightest];
+    lesion.mld_mm = 2.0 * measured_radius(path)[place];
+    lesion.mla_mm2 = path.section_area[place];
   }
-  set_references(known, vessel, dip, lesion);
+  set_references(known, vessel, dip, place, lesion);
   const double diameter = lesion.reference_diameter_mm;
   lesion.diameter_stenosis_percent = std::max(0.0, 100.0 * (1.0 - lesion.mld_mm / diameter));
   lesion.area_stenosis_percent =

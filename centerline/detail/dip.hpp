@@ -35,8 +35,13 @@ struct Dip {
 };
 Dip grow_dip(const Known& known, const Vessel& vessel, std::size_t at);
 
-/// Diameters, references, edges and length of a dip.
-Lesion describe_dip(const Known& known, const Vessel& vessel, const Dip& dip);
+/// Diameters, references, edges and length of a dip. Its place is the narrowest, where the MLD is:
+/// reference and percent stenosis are of that place. The least section may lie beside it.
+///
+/// @param least_percent  of the place, where any of the dip is narrowed so much: what is listed for
+///                       a stenosis is one where it is said to be
+Lesion describe_dip(const Known& known, const Vessel& vessel, const Dip& dip,
+                    double least_percent = kShoulderPercent);
 
 /// Whether a line crosses a bridge here rather than a stenosis: two vessels that touch are joined
 /// by a few voxels.

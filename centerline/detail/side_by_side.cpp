@@ -230,8 +230,7 @@ std::string warning_at(const Vec3& place, double length) {
   return "two vessels seem to run side by side as one lumen around " + in_words(place) + ", for " +
          std::to_string(std::lround(length)) +
          " mm (the sections are like an 8); lines, radii and areas there are not those of one "
-         "vessel. Check the place; a higher segmentation.intensity_min or finer voxels may part "
-         "them";
+         "vessel. Check the place";
 }
 
 }  // namespace

@@ -118,8 +118,7 @@ std::vector<int> inlet_rim(const LumenMesh& lumen) {
   for (std::vector<int>& loop : boundary_loops(lumen.open))
     if (lumen.inlet_outlet_id[std::size_t(loop.front())] == 1) return std::move(loop);
   throw InputError(
-      "the lumen's inlet stays closed, because the lumen there is finer than the image can show, "
-      "and "
+      "the lumen's inlet stays closed, because the lumen there is too fine to be shown, and "
       "mesh.triangle_count needs it open. Name another inlet with --inlet, or leave "
       "mesh.triangle_count out");
 }

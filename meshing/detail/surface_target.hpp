@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "core/triangle_mesh.hpp"
 #include "core/volume.hpp"
@@ -19,6 +20,8 @@ class SurfaceTarget {
  public:
   virtual ~SurfaceTarget() = default;
   [[nodiscard]] virtual TargetSample evaluate(const Vec3& point) const = 0;
+  /// What the lumen was found in, for people: "image" or "surface".
+  [[nodiscard]] virtual std::string source() const { return "surface"; }
 
   /// A place of the target's level, and the normal there.
   struct Place {
@@ -40,6 +43,7 @@ class LevelSetTarget final : public SurfaceTarget {
  public:
   explicit LevelSetTarget(const Volume<float>& level_set) : level_set_(level_set) {}
   [[nodiscard]] TargetSample evaluate(const Vec3& point) const override;
+  [[nodiscard]] std::string source() const override { return "image"; }
 
  private:
   const Volume<float>& level_set_;

@@ -5,6 +5,7 @@
 #include "core/units.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/doubts.hpp"
+#include "pipeline/case/input_kind.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -25,13 +26,15 @@ std::string sd_of(const json& metrics) {
   return fmt::format(" ± {:.2f}", number(metrics, "lesion", "mld_sd_mm"));
 }
 
-std::string before(const json& metrics) {
+std::string before(const json& metrics, bool is_surface) {
   const bool is_bound = has_number(metrics, "lesion", "stenosis_at_least_percent");
-  const std::string width = is_bound
-                                ? fmt::format("narrower than a voxel of {:.2f} mm",
-                                              number(metrics, "lesion", "resolution_mm"))
-                                : fmt::format("minimal lumen diameter {:.2f}{} mm",
-                                              number(metrics, "lesion", "mld_mm"), sd_of(metrics));
+  const std::string width =
+      is_bound
+          ? fmt::format("narrower than {} of {:.2f} mm{}", is_surface ? "the voxels" : "a voxel",
+                        number(metrics, "lesion", "resolution_mm"),
+                        is_surface ? " that the surface was made from" : "")
+          : fmt::format("minimal lumen diameter {:.2f}{} mm", number(metrics, "lesion", "mld_mm"),
+                        sd_of(metrics));
   if (metrics.at("status") == "no_lesion") return "before   " + width + " at the tightest place";
   return fmt::format("before   {}, {}{:.0f} % stenosis of {:.2f} mm", width,
                      is_bound ? "at least " : "",
@@ -106,7 +109,8 @@ std::vector<std::string> read_out(const json& metrics, const RunRecord& record) 
                              record.is(Stage::simulation, "done") &&
                              metrics.at("status").is_string();
   if (!was_simulated) return why_untreated(metrics, record);
-  std::vector<std::string> lines{before(metrics), after(metrics)};
+  std::vector<std::string> lines{before(metrics, record.input_kind == name(InputKind::surface)),
+                                 after(metrics)};
   const std::string view = working_view(metrics);
   if (!view.empty()) lines.push_back(view);
   lines.push_back(to_doubt(metrics, record));

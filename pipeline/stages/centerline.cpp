@@ -140,14 +140,18 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
 }
 
 /// What narrowings may be instead of stenoses.
-std::string what_else(centerline::Doubt doubt) {
+std::string what_else(centerline::Doubt doubt, bool is_surface) {
   switch (doubt) {
     case centerline::Doubt::faint:
       return "the vessel may be as thin there by itself";
     case centerline::Doubt::crowded:
       return "in so large a tree, or one where so many vessels touch or form loops, it may be "
-             "where one vessel meets another; a region around the vessel, or seeds in it, take it "
-             "without its neighbours (segmentation.region_lps_mm, segmentation.seeds_lps_mm)";
+             "where one vessel meets another; " +
+             std::string(is_surface
+                             ? "a surface of the vessel alone shows it without its neighbours"
+                             : "a region around the vessel, or seeds in it, take it without "
+                               "its neighbours (segmentation.region_lps_mm, "
+                               "segmentation.seeds_lps_mm)");
     case centerline::Doubt::beside_no_tube:
       return "the lumen beside it is no tube, but an organ's or a sac's";
     case centerline::Doubt::heart:
@@ -157,8 +161,9 @@ std::string what_else(centerline::Doubt doubt) {
     case centerline::Doubt::at_end:
       return "the line ends in it, and no healthy vessel is seen behind it";
     case centerline::Doubt::bead:
-      return "the width swings to and fro like beads on a string, as in a ragged segmentation or "
-             "in fibromuscular dysplasia, where a diameter stenosis is no measure";
+      return "the width swings to and fro like beads on a string, as in a ragged " +
+             std::string(is_surface ? "surface" : "segmentation") +
+             " or in fibromuscular dysplasia, where a diameter stenosis is no measure";
     case centerline::Doubt::none:
     case centerline::Doubt::diffuse:
       break;
@@ -168,6 +173,7 @@ std::string what_else(centerline::Doubt doubt) {
 
 /// Narrowings that are as likely something else are not listed, but told of.
 void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
+  const bool is_surface = has_surface_input(work.files);
   using centerline::Doubt;
   for (const Doubt doubt : {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart,
                             Doubt::at_beginning, Doubt::at_end, Doubt::bead}) {
@@ -177,12 +183,12 @@ void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& le
     const auto worst = std::find_if(lesions.begin(), lesions.end(), is_told);
     if (worst == lesions.end()) continue;
     const auto count = std::count_if(lesions.begin(), lesions.end(), is_told);
-    work.warnings.push_back(
-        fmt::format("{} narrowing{} not listed, the worst of {:.0f} % on line {}, {:.1f} mm from "
-                    "the inlet: {}. "
-                    "That line can be looked at alone (--set lesion.centerline={})",
-                    count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent,
-                    worst->path_id, worst->abscissa_mm, what_else(doubt), worst->path_id));
+    work.warnings.push_back(fmt::format(
+        "{} narrowing{} not listed, the worst of {:.0f} % on line {}, {:.1f} mm from "
+        "the inlet: {}. "
+        "That line can be looked at alone (--set lesion.centerline={})",
+        count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent, worst->path_id,
+        worst->abscissa_mm, what_else(doubt, is_surface), worst->path_id));
   }
 }
 

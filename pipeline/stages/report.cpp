@@ -209,12 +209,12 @@ void add_flow(const StageWork& work, const CaseFlow& flow, viewer::ReportContent
 }
 
 /// What the stages have warned of, the treatment's own first.
-std::vector<viewer::Doubts> doubts_of(const RunRecord& run) {
+std::vector<viewer::Doubts> doubts_of(const RunRecord& run, bool is_surface) {
   const std::array<std::pair<Stage, const char*>, 5> groups{
       {{Stage::simulation, "the simulation"},
        {Stage::meshing, "meshes, balloon and wall"},
        {Stage::centerline, "lines and stenoses"},
-       {Stage::segmentation, "the image"},
+       {Stage::segmentation, is_surface ? "the surface" : "the image"},
        {Stage::reconstruction, "the X-ray frames"}}};
   std::vector<viewer::Doubts> doubts;
   for (const auto& [stage, about] : groups) {
@@ -269,7 +269,7 @@ void do_report(StageWork& work, const ReportSettings& settings) {
   content.metrics_json = metrics.dump();
   content.lesions_json = read_json(files.path(file::kLesions)).dump();
   content.run_json = repeatable_run(work.run).dump();
-  content.doubts = doubts_of(work.run);
+  content.doubts = doubts_of(work.run, has_surface_input(files));
   doubt_throat(metrics, content.doubts);
   viewer::write_report(work.out, content, work.progress);
 }

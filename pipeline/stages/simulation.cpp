@@ -203,10 +203,10 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
                                  : GuardVerdict{"off", ""};
   keep(work.warnings, treatment_warnings(first, guard, spans));
   const json& lesion = placement.at("lesion");
-  const auto widening = widening_beside(
-      before, peak, {lesion.at("proximal_mm").get<double>(), lesion.at("distal_mm").get<double>()},
-      reference);
-  keep(work.warnings, widening_warnings(widening));
+  std::vector<Stretch> lesions = lesions_on(path, read_json(work.files.path(file::kLesions)), tree);
+  lesions.push_back({lesion.at("proximal_mm").get<double>(), lesion.at("distal_mm").get<double>()});
+  const auto widening = widening_beside(before, peak, lesions, reference);
+  keep(work.warnings, widening_warnings(widening, placement.at("status") != "no_lesion"));
   write_text_atomically(work.out / "lumen_profile.csv", profile_csv(before, peak, after));
   formats::write_surface(work.out / "lumen_after.vtp", {lumen.mesh(frames.last().wall), {}, {}});
   json reached = summary_json(balloon_json(membrane, model, path, frames.peak(), work.warnings),

@@ -27,10 +27,11 @@ std::vector<StageDefinition> vessel_stages() {
           Stage::meshing,
           together({file::kLevelSet, file::kCenterlines, file::kNarrowedLumen}, resolution_files()),
           see_nothing, do_meshing),
-      define_stage(Stage::simulation,
-                   {file::kCenterlines, file::kLumen, file::kBalloon, file::kGuidewire,
-                    file::kRegion, file::kAir, file::kLayeredWall, file::kPlacement},
-                   see_backend, do_simulation),
+      define_stage(
+          Stage::simulation,
+          {file::kCenterlines, file::kLesions, file::kLumen, file::kBalloon, file::kGuidewire,
+           file::kRegion, file::kAir, file::kLayeredWall, file::kPlacement},
+          see_backend, do_simulation),
       define_stage(
           Stage::report,
           together({file::kShownFrames, file::kShownPlaces, file::kLevelSet, file::kLumen,

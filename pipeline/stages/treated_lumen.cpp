@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "core/statistics.hpp"
@@ -92,16 +93,20 @@ TreatedLumen::TreatedLumen(TriangleMesh lumen, std::vector<int> region, Centerli
 }
 
 void TreatedLumen::find_mistaken() {
-  constexpr double kMostOff = 0.5;  // of the segment's median radius
+  constexpr double kMostOff = 0.5;     // of the segment's median radius
+  constexpr double kMostOfMesh = 1.7;  // of the area that the mesh itself has there
   const centerline::LumenProfile seen = centerline::measure_lumen(
       points(lumen_.vertices), path_, spans_.segment_first, spans_.segment_last);
   if (seen.abscissa.empty()) return;
   std::vector<double> radii;
   for (const double s : seen.abscissa) radii.push_back(sample(path_, s).equivalent_radius);
   const double most = kMostOff * median(radii);
-  for (std::size_t i = 0; i < seen.abscissa.size(); ++i)
+  for (std::size_t i = 0; i < seen.abscissa.size(); ++i) {
     if (std::sqrt(seen.section_area[i] / units::kPi) > radii[i] + most)
       mistaken_.insert(seen.abscissa[i]);
+    else if (seen.section_area[i] > kMostOfMesh * area_at(path_, lumen_.vertices, seen.abscissa[i]))
+      crowded_.insert(seen.abscissa[i]);
+  }
   // What is left has to tell of the lesion; a single place may be told of by what is beside it.
   const auto is_left_between = [&](double first, double last) {
     return std::any_of(seen.abscissa.begin(), seen.abscissa.end(),
@@ -111,6 +116,51 @@ void TreatedLumen::find_mistaken() {
       (spans_.lesion_last > spans_.lesion_first &&
        !is_left_between(spans_.lesion_first, spans_.lesion_last)))
     mistaken_.clear();
+  if (spans_.lesion_first == spans_.lesion_last) measure_single_place_in(seen);
+}
+
+double TreatedLumen::area_at(const CenterlinePath& path, const std::vector<Vec3>& lumen,
+                             double abscissa) const {
+  const CenterlineSample at = sample(path, abscissa);
+  const auto section = nearest_section(lumen_.triangles, lumen, at.point, at.tangent);
+  const bool is_of_path =
+      section && distance(section->middle, at.point) < std::sqrt(section->area / units::kPi);
+  return is_of_path ? section->area : std::numeric_limits<double>::max();
+}
+
+centerline::LumenProfile TreatedLumen::bounded(centerline::LumenProfile profile,
+                                               const CenterlinePath& path,
+                                               const std::vector<Vec3>& lumen) const {
+  if (crowded_.empty()) return profile;
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    if (!crowded_.contains(profile.abscissa[i])) continue;
+    const double area = area_at(path, lumen, profile.abscissa[i]);
+    profile.section_area[i] = std::min(profile.section_area[i], area);
+    profile.inscribed_radius[i] =
+        std::min(profile.inscribed_radius[i], std::sqrt(area / units::kPi));
+  }
+  return profile;
+}
+
+void TreatedLumen::measure_single_place_in(const centerline::LumenProfile& seen) {
+  const auto away = [&](double s) { return std::abs(s - spans_.lesion_first); };
+  std::optional<double> nearest;
+  const centerline::LumenProfile left =
+      centerline::without_disproved(bounded(without_mistaken(seen), path_, lumen_.vertices));
+  for (const double s : left.abscissa)
+    if (!nearest || away(s) < away(*nearest)) nearest = s;
+  if (nearest) spans_.lesion_first = spans_.lesion_last = *nearest;
+}
+
+centerline::LumenProfile TreatedLumen::without_mistaken(const centerline::LumenProfile& all) const {
+  centerline::LumenProfile seen;
+  for (std::size_t i = 0; i < all.abscissa.size(); ++i) {
+    if (mistaken_.contains(all.abscissa[i])) continue;
+    seen.abscissa.push_back(all.abscissa[i]);
+    seen.inscribed_radius.push_back(all.inscribed_radius[i]);
+    seen.section_area.push_back(all.section_area[i]);
+  }
+  return seen;
 }
 
 void TreatedLumen::find_shares() {
@@ -156,16 +206,10 @@ centerline::LumenProfile TreatedLumen::profile_of(const std::vector<Vec3>& wall,
                                                   const std::vector<Vec3>& balloon,
                                                   const Measure& measure) const {
   const std::vector<Vec3> lumen = moved(wall);
-  const Profiles profiles = measure(points(lumen), balloon, moved_path(lumen));
-  const centerline::LumenProfile& all = profiles.wall;
-  centerline::LumenProfile seen;
-  for (std::size_t i = 0; i < all.abscissa.size(); ++i) {
-    if (mistaken_.contains(all.abscissa[i])) continue;
-    seen.abscissa.push_back(all.abscissa[i]);
-    seen.inscribed_radius.push_back(all.inscribed_radius[i]);
-    seen.section_area.push_back(all.section_area[i]);
-  }
-  seen = centerline::without_disproved(seen);
+  const CenterlinePath path = moved_path(lumen);
+  const Profiles profiles = measure(points(lumen), balloon, path);
+  centerline::LumenProfile seen =
+      centerline::without_disproved(bounded(without_mistaken(profiles.wall), path, lumen));
   if (balloon.empty()) return seen;
   return widened(std::move(seen), profiles.balloon);
 }

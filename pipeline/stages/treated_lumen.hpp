@@ -80,8 +80,22 @@ class TreatedLumen {
   [[nodiscard]] std::vector<Vec3> moved(const std::vector<Vec3>& wall) const;
   void find_shares();
   /// Sections of the mesh as it was made that are far wider than the image's: that took another
-  /// vessel or an organ for their wall.
+  /// vessel or an organ for their wall. And those that are far wider than what a plane cuts out of
+  /// the mesh: that hold some of a neighbour's wall.
   void find_mistaken();
+  /// What the plane across a path cuts out of the lumen [mm^2]; huge where that is not round the
+  /// path.
+  [[nodiscard]] double area_at(const CenterlinePath& path, const std::vector<Vec3>& lumen,
+                               double abscissa) const;
+  /// No section beside a neighbour is wider than what the plane cuts out.
+  [[nodiscard]] centerline::LumenProfile bounded(centerline::LumenProfile profile,
+                                                 const CenterlinePath& path,
+                                                 const std::vector<Vec3>& lumen) const;
+  /// A lesion that is a single place is measured in one section at all moments: the nearest of
+  /// those before.
+  void measure_single_place_in(const centerline::LumenProfile& seen);
+  [[nodiscard]] centerline::LumenProfile without_mistaken(
+      const centerline::LumenProfile& all) const;
   /// The profiles of the wall's points and of the balloon's, if there are any, along one path.
   struct Profiles {
     centerline::LumenProfile wall, balloon;
@@ -110,6 +124,7 @@ class TreatedLumen {
   std::vector<std::vector<Share>> shares_;  ///< shape [point of the path]
   std::vector<int> near_;                   ///< of vertices and middles: those round the segment
   std::set<double> mistaken_;               ///< abscissas [mm] of sections that count at no moment
+  std::set<double> crowded_;                ///< of those that may hold a neighbour's wall
 };
 
 class TreatedLumen::LesionFollower {

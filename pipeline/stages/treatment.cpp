@@ -8,6 +8,7 @@
 #include "core/clinical_limits.hpp"
 #include "core/statistics.hpp"
 #include "core/units.hpp"
+#include "pipeline/case/case_files.hpp"
 
 namespace angio::pipeline {
 namespace {
@@ -29,15 +30,35 @@ json range_of(double a, double b) { return json::array({std::min(a, b), std::max
 
 }  // namespace
 
+std::vector<Stretch> lesions_on(const CenterlinePath& path, const json& lesions,
+                                const CenterlineTree& tree) {
+  std::vector<Stretch> stretches;
+  for (const json& lesion : lesions) {
+    const CenterlinePath& its = path_of(tree, lesion.at("centerline_id").get<int>());
+    const auto parting =
+        std::mismatch(its.points.begin(), its.points.end(), path.points.begin(), path.points.end());
+    const auto shared_count = std::size_t(parting.first - its.points.begin());
+    if (shared_count == 0) continue;
+    const double shared_mm = its.abscissa[shared_count - 1];
+    const double first = lesion.at("proximal_mm").get<double>();
+    if (first < shared_mm)
+      stretches.push_back({first, std::min(lesion.at("distal_mm").get<double>(), shared_mm)});
+  }
+  return stretches;
+}
+
 std::optional<WideningBeside> widening_beside(const centerline::LumenProfile& before,
                                               const centerline::LumenProfile& peak,
-                                              const std::array<double, 2>& lesion,
+                                              const std::vector<Stretch>& lesions,
                                               double reference_mm) {
   const std::vector<double>& places = before.abscissa;
   std::optional<WideningBeside> most;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const double s = places[i];
-    if (s > lesion[0] - reference_mm && s < lesion[1] + reference_mm) continue;
+    if (std::any_of(lesions.begin(), lesions.end(), [&](const Stretch& lesion) {
+          return s > lesion[0] - reference_mm && s < lesion[1] + reference_mm;
+        }))
+      continue;
     const auto at = std::lower_bound(peak.abscissa.begin(), peak.abscissa.end(), s);
     if (at == peak.abscissa.end() || *at != s) continue;
     const double wide = diameter_of(peak.section_area[std::size_t(at - peak.abscissa.begin())]);
@@ -51,14 +72,15 @@ std::optional<WideningBeside> widening_beside(const centerline::LumenProfile& be
   return most;
 }
 
-std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& widening) {
+std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& widening,
+                                           bool is_lesion) {
   if (!widening || widening->ratio <= limits::kMostWideningBeside) return {};
   return {fmt::format(
-      "beside the lesion the balloon widens the vessel from {:.1f} to {:.1f} mm, {:.1f} mm from "
+      "beside {} the balloon widens the vessel from {:.1f} to {:.1f} mm, {:.1f} mm from "
       "the inlet: {:.2f} times, at most {:.1f} is asked. A shorter or a smaller balloon spares "
       "it (balloon.length_mm, balloon.nominal_diameter_mm)",
-      widening->before_mm, widening->peak_mm, widening->abscissa_mm, widening->ratio,
-      limits::kMostWideningBeside)};
+      is_lesion ? "the lesion" : "the place that it is tried at", widening->before_mm,
+      widening->peak_mm, widening->abscissa_mm, widening->ratio, limits::kMostWideningBeside)};
 }
 
 GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& second,

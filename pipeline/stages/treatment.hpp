@@ -26,27 +26,35 @@ struct Treatment {
   }
 };
 
+using Stretch = std::array<double, 2>;  ///< first and last abscissa on the treated line [mm]
+
+/// Where the stenoses of lesions.json lie on a line, on others as far as these run along with it.
+std::vector<Stretch> lesions_on(const CenterlinePath& path, const nlohmann::json& lesions,
+                                const CenterlineTree& tree);
+
 /// Where the balloon widens the vessel most beside the lesion.
 struct WideningBeside {
   double ratio = 1.0;
   double abscissa_mm = 0.0, before_mm = 0.0, peak_mm = 0.0;
 };
 
-/// The greatest, over the places that are further than a reference diameter from the lesion's
+/// The greatest, over the places that are further than a reference diameter from every lesion's
 /// edges,
 ///
 ///     ratio(s) = D_peak(s) / max(D(s), median of D within a reference diameter of s),
 ///
 /// D the diameter of a circle of the section's area: the median passes over another narrowing.
-/// Unset where the balloon reaches nothing beside the lesion.
-/// @param lesion  its edges [mm]
+/// Unset where the balloon reaches nothing beside the lesions.
+/// @param lesions  the edges of the treated one and of all others on the line
 std::optional<WideningBeside> widening_beside(const centerline::LumenProfile& before,
                                               const centerline::LumenProfile& peak,
-                                              const std::array<double, 2>& lesion,
+                                              const std::vector<Stretch>& lesions,
                                               double reference_mm);
 
 /// A warning where that is over limits::kMostWideningBeside; else nothing.
-std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& widening);
+/// @param is_lesion  false: a balloon is tried where there is none
+std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& widening,
+                                           bool is_lesion);
 
 /// What two runs whose starts nobody could tell apart say together.
 struct GuardVerdict {

@@ -91,6 +91,40 @@ TEST(LesionLaws, SeverityIsReadAsItIs) {
   }
 }
 
+double tapered(double s) { return 4.0 * (1.0 - 0.006 * s); }
+
+/// A lesion of two throats in a vessel that tapers, 20 mm apart: of 50 % and 1.64 mm, of 45 % and
+/// 1.54 mm.
+CenterlineTree two_throats_in_a_taper() {
+  return tree_of({line_of(
+      [](double s) {
+        return tapered(s) * std::min({narrowed(s, 30.0, 6.0, 0.5), narrowed(s, 50.0, 6.0, 0.45),
+                                      s > 30.0 && s < 50.0 ? 0.75 : 1.0});
+      },
+      80.0)});
+}
+
+TEST(LesionLaws, PlaceReferenceAndPercentAreThoseOfTheMld) {
+  const auto lesions = find_lesions(two_throats_in_a_taper(), {});
+  ASSERT_EQ(lesions.size(), 1U);
+  const Lesion& lesion = lesions[0];
+  EXPECT_NEAR(lesion.abscissa_mm, 50.0, 0.5);
+  EXPECT_NEAR(lesion.mld_mm, 1.54, 0.03);
+  EXPECT_NEAR(lesion.reference_diameter_mm, tapered(50.0), 0.2);  // at the first, over 0.5
+  EXPECT_NEAR(lesion.reference_interpolated_mm, tapered(50.0), 0.05);
+  EXPECT_NEAR(lesion.diameter_stenosis_percent, 45.0, 4.0);
+}
+
+TEST(LesionLaws, WhatIsListedForAThroatIsOneWhereItIsSaidToBe) {
+  const auto lesions = find_lesions(two_throats_in_a_taper(), {.min_stenosis_percent = 47.5});
+  ASSERT_EQ(lesions.size(), 1U);
+  const Lesion& lesion = lesions[0];
+  EXPECT_TRUE(lesion.is_stenosis);
+  EXPECT_NEAR(lesion.abscissa_mm, 30.0, 0.5);
+  EXPECT_NEAR(lesion.mld_mm, 1.64, 0.03);
+  EXPECT_NEAR(lesion.diameter_stenosis_percent, 50.0, 4.0);
+}
+
 TEST(LesionLaws, AVesselIsNoReferenceForItsOwnNarrowing) {
   // 19.7 mm, narrowed to 3.56 mm over 6 diameters: 82 %.
   const auto diameter = [](double s) { return 19.7 * narrowed(s, 100.0, 60.0, 1.0 - 3.56 / 19.7); };

@@ -5,6 +5,8 @@
 #include <string>
 
 #include "centerline/centerline.hpp"
+#include "meshing/detail/isosurface.hpp"
+#include "testing/centerline/shapes.hpp"
 #include "tests/centerline/tree_checks.hpp"
 
 namespace angio::centerline {
@@ -107,6 +109,20 @@ TEST(CenterlineTree, NamesVesselsThatRunSideBySideAsOne) {
                                  straight_tube({apart, 0, -15}, {apart, 0, 15}, constant(radius))});
     EXPECT_TRUE(warns_of(result, "side by side", "")) << radius << " " << apart;
   }
+}
+
+TEST(CenterlineTree, OfASurfaceIsToldInWordsOfSurfaces) {
+  const std::vector<Tube> tubes{straight_tube({0, 0, -15}, {0, 0, 15}, constant(1.5)),
+                                straight_tube({2.2, 0, -15}, {2.2, 0, 15}, constant(1.5)),
+                                straight_tube({9, 0, -4}, {9, 0, 4}, constant(1.0))};
+  const Volume<float> level_set = test::level_set_of(tubes, test::grid_around(tubes, 0.3, 1.5));
+  const auto of_image = extract_centerline(level_set, {});
+  EXPECT_TRUE(warns_of(of_image, "side by side", "finer voxels may part them"));
+  const auto result = extract_centerline(meshing::detail::extract_isosurface(level_set), {});
+  EXPECT_TRUE(warns_of(result, "side by side", "; a surface of one of them"));
+  EXPECT_TRUE(warns_of(result, "separate pieces", "% of the lumen)"));
+  for (const char* word : {"voxel", "image", "scan", "segmentation"})
+    EXPECT_FALSE(warns_of(result, word, "")) << word;
 }
 
 TEST(CenterlineTree, NamesAHairpinWhoseLegsTouch) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "meshing/detail/surface_target.hpp"
 #include "meshing/meshing.hpp"
 #include "testing/meshing/analytic_vessels.hpp"
 #include "tests/meshing/cap_centre.hpp"
@@ -60,6 +61,11 @@ void expect_good_tube(const TriangleMesh& surface, double least_length) {
   const double length = distance(cap_centre(lumen, 1), cap_centre(lumen, 2));
   EXPECT_GT(length, least_length);
   EXPECT_NEAR(enclosed_volume(lumen.capped) / (kPolygonArea * length), 1.0, 0.01);
+}
+
+TEST(SurfaceTarget, SaysWhatTheLumenWasFoundIn) {
+  EXPECT_EQ(detail::MeshTarget(tube_surface(1.5, 20.0, false)).source(), "surface");
+  EXPECT_EQ(detail::LevelSetTarget(Volume<float>{}).source(), "image");
 }
 
 TEST(LumenFromSurface, OpensAClosedTube) { expect_good_tube(tube_surface(1.5, 20.0, true), 17.0); }

@@ -231,6 +231,10 @@ TEST(ReadOut, TellsABoundOfAThroatThatIsNarrowerThanAVoxel) {
   coarse.metrics["lesion"]["stenosis_at_least_percent"] = 66.7;
   EXPECT_EQ(coarse.lines()[0],
             "before   narrower than a voxel of 1.00 mm, at least 67 % stenosis of 3.00 mm");
+  coarse.record.input_kind = "surface";
+  EXPECT_EQ(coarse.lines()[0],
+            "before   narrower than the voxels of 1.00 mm that the surface was made from, at least "
+            "67 % stenosis of 3.00 mm");
 }
 
 TEST(ReadOut, HasNoNumberOfAResultThatIsNone) {

@@ -50,17 +50,57 @@ std::optional<WideningBeside> widening_with(double wide) {
     add(before, s, 6.0 - lesion - dip);
     add(peak, s, s >= 40.0 && s <= 60.0 ? wide : 6.3);
   }
-  return widening_beside(before, peak, {20.0, 30.0}, 6.0);
+  return widening_beside(before, peak, {{20.0, 30.0}}, 6.0);
 }
 
 TEST(WideningBeside, IsTheMostThatHealthyVesselGivesWay) {
   ASSERT_TRUE(widening_with(9.0));
   EXPECT_NEAR(widening_with(9.0)->ratio, 1.5, 1e-12);
   EXPECT_NEAR(widening_with(9.0)->before_mm, 6.0, 1e-12);
-  EXPECT_EQ(widening_warnings(widening_with(9.0)).size(), 1U);
+  ASSERT_EQ(widening_warnings(widening_with(9.0), true).size(), 1U);
+  EXPECT_NE(widening_warnings(widening_with(9.0), true)[0].find("beside the lesion"),
+            std::string::npos);
+  EXPECT_EQ(widening_warnings(widening_with(9.0), false)[0].find("lesion"), std::string::npos)
+      << "there is none";
   EXPECT_NEAR(widening_with(6.3)->ratio, 1.05, 1e-12) << "neither the lesion nor the dip counts";
-  EXPECT_TRUE(widening_warnings(widening_with(6.3)).empty());
-  EXPECT_FALSE(widening_beside({}, {}, {20.0, 30.0}, 6.0));
+  EXPECT_TRUE(widening_warnings(widening_with(6.3), true).empty());
+  EXPECT_FALSE(widening_beside({}, {}, {{20.0, 30.0}}, 6.0));
+}
+
+TEST(WideningBeside, OfALongSecondLesionIsNoneOfHealthyVessel) {
+  // Lesions of 3 mm in a vessel of 6 mm from 20 to 30 and from 50 to 75 mm, both opened to 5.5 mm.
+  centerline::LumenProfile before, peak;
+  for (double s = 0.0; s <= 100.0; s += 1.0) {
+    const bool is_narrow = (s > 20.0 && s < 30.0) || (s > 50.0 && s < 75.0);
+    for (auto& [profile, diameter] :
+         {std::pair<centerline::LumenProfile&, double>(before, is_narrow ? 3.0 : 6.0),
+          {peak, is_narrow ? 5.5 : 6.3}}) {
+      profile.abscissa.push_back(s);
+      profile.inscribed_radius.push_back(0.5 * diameter);
+      profile.section_area.push_back(0.25 * units::kPi * diameter * diameter);
+    }
+  }
+  EXPECT_GT(widening_beside(before, peak, {{20.0, 30.0}}, 6.0)->ratio, 1.5);
+  EXPECT_NEAR(widening_beside(before, peak, {{50.0, 75.0}, {20.0, 30.0}}, 6.0)->ratio, 1.05, 1e-12);
+}
+
+TEST(WideningBeside, KnowsTheLesionsOfOtherLinesAsFarAsTheyRunAlong) {
+  CenterlineTree tree;
+  for (const int id : {0, 1, 2}) {  // 0 and 1 share the first 20 mm; 2 begins elsewhere
+    CenterlinePath path;
+    path.id = id;
+    for (int i = 0; i <= 40; ++i)
+      path.points.push_back({id == 1 && i > 20 ? i - 20.0 : 0.0, id == 2 ? 5.0 : 0.0, double(i)});
+    path.abscissa = arc_length(path.points);
+    tree.paths.push_back(path);
+  }
+  const auto lesion = [](int id, double first, double last) {
+    return nlohmann::json{{"centerline_id", id}, {"proximal_mm", first}, {"distal_mm", last}};
+  };
+  const nlohmann::json lesions = {lesion(0, 30.0, 35.0), lesion(1, 5.0, 8.0), lesion(1, 18.0, 25.0),
+                                  lesion(1, 30.0, 32.0), lesion(2, 5.0, 8.0)};
+  EXPECT_EQ(lesions_on(tree.paths[0], lesions, tree),
+            (std::vector<Stretch>{{30.0, 35.0}, {5.0, 8.0}, {18.0, 20.0}}));
 }
 
 TEST(Treatment, TellsTheRangeOfTwoRunsTheSmallerFirst) {
@@ -276,6 +316,50 @@ TEST(TreatedLumen, WhatTheImageDoesNotShowSoWideIsNoSectionOfIt) {
   };
   EXPECT_GT(mld(15.0, 19.0), 8.0);
   EXPECT_LT(mld(17.0, 17.0), 3.2);
+}
+
+TEST(TreatedLumen, AWallBesideItIsNoSectionOfIt) {
+  // Another surface all round the second throat, which is 1.4 mm wide.
+  TriangleMesh lumen = tube(97, 24, narrowed);
+  const TriangleMesh other = tube(97, 24, [](double) { return 1.9; });
+  const int own = int(lumen.vertices.size());
+  for (const Triangle& t : other.triangles) {
+    const double z = other.vertices[std::size_t(t[0])].z;
+    if (z > 14.0 && z < 20.0) lumen.triangles.push_back({own + t[0], own + t[1], own + t[2]});
+  }
+  lumen.vertices.insert(lumen.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (std::size_t v = std::size_t(own); v < lumen.vertices.size(); ++v)
+    if (const double z = lumen.vertices[v].z; z < 14.0 || z > 20.0)
+      lumen.vertices[v] = {90.0, 0.0, z};  // that no triangle has
+  std::vector<int> region;
+  std::vector<Vec3> wall;
+  for (int v = 0; v < own; ++v) {
+    region.push_back(v);
+    wall.push_back(lumen.vertices[std::size_t(v)]);
+  }
+  const TreatedLumen treated(lumen, region, axis(), {6.0, 21.0, 3.0, 21.0}, 0.7, false);
+  const centerline::LumenProfile profile = treated.profile(wall);
+  ASSERT_GT(profile.abscissa.size(), 10U);
+  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
+    const double radius = narrowed(profile.abscissa[i]);
+    EXPECT_LT(profile.section_area[i], 1.8 * units::kPi * radius * radius) << profile.abscissa[i];
+  }
+}
+
+TEST(TreatedLumen, OfASinglePlaceOneSectionCountsAtAllMoments) {
+  // Before, the wall around the place is not seen; after, it is.
+  const TriangleMesh whole = tube(97, 24, narrowed);
+  TriangleMesh torn = whole;
+  std::vector<int> region;
+  for (std::size_t v = 0; v < torn.vertices.size(); ++v) {
+    region.push_back(int(v));
+    if (std::abs(torn.vertices[v].z - 9.0) < 1.5) torn.vertices[v] = {0.0, 0.0, 36.0};
+  }
+  const TreatedLumen treated(torn, region, axis(), {9.0, 9.0, 3.0, 21.0}, 0.7, false);
+  const auto before = treated.measures(treated.profile(torn.vertices)).lesion,
+             after = treated.measures(treated.profile(whole.vertices)).lesion;
+  EXPECT_EQ(after.mla_abscissa_mm, before.mla_abscissa_mm);
+  EXPECT_GT(after.mld_mm, 2.1) << "as beside the throat";
 }
 
 TEST(TreatedLumen, FollowsTheWallAndNoVesselFarAway) {

@@ -277,6 +277,28 @@ TEST(Report, SurfaceWithoutScanStenosisOrDilationIsReportedToo) {
   EXPECT_EQ(files.count("contact.png"), 0u);
   EXPECT_EQ(files.count("projection_axial.png"), 0u);
   EXPECT_TRUE(has(files.at("index.html"), ">3.00 mm<"));
+  EXPECT_FALSE(has(without_pictures(files.at("index.html")), "wire and scan"));
+}
+
+TEST(Straightened, FillsItsSheetWhateverTheVesselsShape) {
+  const auto picture_of = [](double radius, double length) {
+    const test::TubeShape shape{.radius_mm = radius, .length_mm = length, .depth = 0.0};
+    ReportContent content;
+    content.lumen = test::make_tube(shape);
+    content.tree.paths = {test::make_path(shape)};
+    content.lesion_abscissa_mm = 0.5 * length;
+    content.after.abscissa_mm = {0.0, length};
+    return detail::draw_straightened(content).at(0).picture;
+  };
+  // Long and thin: above each other. Short and wide, wider than long: side by side.
+  for (const auto& [radius, length] : {std::pair{1.5, 40.0}, {10.0, 60.0}, {10.0, 20.0}}) {
+    const detail::Picture picture = picture_of(radius, length);
+    std::size_t bare = 0;
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
+      bare += std::min({picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2]}) > 200 ? 1U : 0U;
+    EXPECT_LT(double(bare), 0.15 * double(picture.rgb.size()) / 3.0) << radius << ' ' << length;
+    EXPECT_GE(picture.width, picture.height) << radius << ' ' << length;
+  }
 }
 
 TEST(Cards, TellTheThroatsStandardDeviationWhereItIsKnown) {
@@ -352,7 +374,7 @@ TEST(Cards, TellBoundsOfAThroatThatIsNarrowerThanAVoxel) {
   EXPECT_TRUE(has(cards, "≥ 81 → 44 %"));
   EXPECT_TRUE(has(cards, "&lt; 1.00 → 2.90 mm"));
   EXPECT_TRUE(has(cards, "&lt; 0.79 → 6.80 mm²"));
-  EXPECT_TRUE(has(cards, "narrower than the image"));
+  EXPECT_TRUE(has(cards, "narrower than the voxels that show it"));
   EXPECT_FALSE(has(cards, "0.57"));
   EXPECT_FALSE(has(cards, "0.10 to 0.30"));
 }
@@ -452,6 +474,7 @@ TEST(Report, EveryStenosisIsARowInTheOrderGiven) {
   EXPECT_TRUE(has(table, ">3.00<"));
   EXPECT_TRUE(has(table, "–"));
   EXPECT_FALSE(has(table, "<script"));
+  EXPECT_FALSE(has(table, "image")) << "it may be of a surface";
   EXPECT_TRUE(has(detail::lesion_table("[]"), "No stenosis"));
   EXPECT_EQ(detail::lesion_table(""), "");
   EXPECT_THROW(detail::lesion_table("{"), InputError);

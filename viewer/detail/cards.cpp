@@ -139,9 +139,9 @@ std::string flow_card(const Metrics& metrics) {
                       formats::fixed_text((*ends)[1], 2)
                 : std::string();
   };
-  std::string detail = is_measured
-                           ? range("before ", "ffr_before_range")
-                           : "before not known: the throat is narrower than the image's voxels";
+  std::string detail =
+      is_measured ? range("before ", "ffr_before_range")
+                  : "before not known: the throat is narrower than the voxels that show it";
   if (is_told) detail += range(", after ", "ffr_after_range");
   if (!is_coronary(metrics))
     return card(value, "Pressure behind the lesion, estimated",
@@ -194,7 +194,7 @@ std::string diameter_card(const Metrics& metrics, const std::string& reference) 
       joined({reference, at_peak(metrics, "mld_mm", " mm") + beyond_balloon(metrics), gained});
   if (!bound(metrics, "mld_mm", 2).empty())
     detail += std::string(detail.empty() ? "" : ". ") +
-              "Before, the throat is narrower than the image's voxels: it is not measured" +
+              "Before, the throat is narrower than the voxels that show it: it is not measured" +
               (gained.empty() ? "" : ", and the gain not certain");
   return card(change(metrics, "mld_mm", "mld_range_mm", 2, " mm"),
               is_only_a_place(metrics) ? "Lumen diameter there" : "Minimal lumen diameter", detail);

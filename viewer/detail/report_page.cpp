@@ -22,7 +22,7 @@ constexpr const char* kMethodNotes =
     "is the mean of the healthy diameters on both sides. Before, at peak and after, MLD and MLA "
     "are of the simulated wall, between the lesion's "
     "edges along the treated vessel, as far as the balloon goes; the stenoses' table is of the "
-    "image. Acute gain = MLD after − "
+    "lumen before it was meshed. Acute gain = MLD after − "
     "MLD before. Recoil = MLD at peak, the lumen that the balloon holds open, − MLD after. Where "
     "the simulation was run twice, from starts that nobody could tell apart, the range of both is "
     "how well the solver repeats itself; a finer mesh may change more. "

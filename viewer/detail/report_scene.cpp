@@ -236,10 +236,12 @@ std::string scene_section(const ReportContent& content) {
   return std::string(
              "<section><h2>In three dimensions</h2>\n<div id=\"scene\"><p class=\"sub\">"
              "<button type=\"button\" id=\"scene-open\" hidden>Open the scene</button> Tree, wall, "
-             "balloon, wire and scan: turn them, cut them, play the inflation.</p></div>\n"
-             "<noscript><p class=\"sub\">The scene needs scripts; all else on this page does "
-             "not.</p></noscript>\n"
-             "<script type=\"text/plain\" id=\"scene-program\">") +
+             "balloon") +
+         (content.volume ? ", wire and scan" : " and wire") +
+         ": turn them, cut them, play the inflation.</p></div>\n"
+         "<noscript><p class=\"sub\">The scene needs scripts; all else on this page does "
+         "not.</p></noscript>\n"
+         "<script type=\"text/plain\" id=\"scene-program\">" +
          packed(kSceneProgram) + "</script>\n<script type=\"text/plain\" id=\"scene-data\">" +
          packed(scene_bytes(content)) + "</script>\n<script>" + kSceneStarter +
          "</script>\n</section>\n";

@@ -12,11 +12,13 @@
 namespace angio::viewer::detail {
 namespace {
 
-constexpr int kMostWidth = 920;       // [pixel]
-constexpr int kMostHeight = 300;      // [pixel]
-constexpr int kEdgeStep = 3;          // columns between two places where edges are looked for
-constexpr int kGap = 6;               // between the two planes [pixel]
-constexpr double kLetter = 10.0;      // [pixel]
+constexpr int kSheetWidth = 920;  // [pixel], that the two planes fill
+constexpr int kMostHeight = 420;  // of a plane above the other: a wider vessel's are side by side
+constexpr int kLeastHeight = 40;  // [pixel]
+constexpr int kEdgeStep = 3;      // columns between two places where edges are looked for
+constexpr int kGap = 8;           // between the two planes [pixel]
+constexpr int kScaleHeight = 26;  // below them [pixel]
+constexpr double kLetter = 10.0;  // [pixel]
 constexpr Rgb kBefore{70, 200, 255};  // as in the other sections
 constexpr Rgb kAfter{255, 160, 40};
 constexpr Rgb kInk{20, 20, 20};
@@ -83,12 +85,35 @@ void draw_edges(Canvas& canvas, const TriangleMesh& lumen, const std::vector<Pat
 }
 
 /// One scale along and across the vessel, so that its stretch and its width both fit.
-Ribbon fit(double length_mm, double half_size_mm) {
+Ribbon fit(double length_mm, double width_mm, int most_width, int most_height) {
   Ribbon ribbon;
-  ribbon.pixel_mm = std::max(length_mm / (kMostWidth - 1), 2.0 * half_size_mm / kMostHeight);
+  ribbon.pixel_mm = std::max(length_mm / (most_width - 1), width_mm / most_height);
   ribbon.width = 1 + int(length_mm / ribbon.pixel_mm + 1e-9);
-  ribbon.height = std::max(int(2.0 * half_size_mm / ribbon.pixel_mm + 1e-9), 40);
+  ribbon.height = std::max(int(width_mm / ribbon.pixel_mm + 1e-9), kLeastHeight);
   return ribbon;
+}
+
+/// The two planes, and the sheet that they fill.
+struct Layout {
+  Ribbon ribbon;
+  int step_x = 0, step_y = 0;  ///< from the first plane to the second [pixel]
+  [[nodiscard]] int width() const { return ribbon.width + step_x; }
+  [[nodiscard]] int height() const { return ribbon.height + step_y; }
+};
+
+/// A long thin vessel's planes lie above each other, a short wide one's side by side: either fills
+/// the sheet's width.
+Layout lay_out(double length_mm, double width_mm) {
+  Layout layout;
+  if (width_mm * (kSheetWidth - 1) <= length_mm * kMostHeight) {
+    layout.ribbon = fit(length_mm, width_mm, kSheetWidth, kMostHeight);
+    layout.step_y = layout.ribbon.height + kGap;
+  } else {
+    constexpr int kHalf = (kSheetWidth - kGap) / 2;
+    layout.ribbon = fit(length_mm, width_mm, kHalf, kHalf);
+    layout.step_x = layout.ribbon.width + kGap;
+  }
+  return layout;
 }
 
 /// Below the picture.
@@ -107,14 +132,14 @@ std::vector<Figure> draw_straightened(const ReportContent& content) {
   if (!path || content.lumen.triangles.empty()) return {};
   const std::vector<double> ends = places_around_lesion(content, *path, 3);
   if (!(ends.back() > ends.front())) return {};
-  std::array<Ribbon, 2> ribbons;
-  ribbons.fill(fit(ends.back() - ends.front(),
-                   path_sections(content, *path, ends).front().window.half_size_mm));
+  const Layout layout =
+      lay_out(ends.back() - ends.front(),
+              2.0 * path_sections(content, *path, ends).front().window.half_size_mm);
+  std::array<Ribbon, 2> ribbons{layout.ribbon, layout.ribbon};
   ribbons[1].axis = 1;
-  const int width = ribbons[0].width, height = ribbons[0].height;
-  const double pixel_mm = ribbons[0].pixel_mm;
+  const double pixel_mm = layout.ribbon.pixel_mm;
   std::vector<double> places;
-  for (int x = 0; x < width; ++x) places.push_back(ends.front() + x * pixel_mm);
+  for (int x = 0; x < layout.ribbon.width; ++x) places.push_back(ends.front() + x * pixel_mm);
   const auto sections = path_sections(content, *path, places);
   std::array<std::vector<float>, 2> values;
   GreyWindow grey;
@@ -127,13 +152,13 @@ std::vector<Figure> draw_straightened(const ReportContent& content) {
     grey = window_of(all);
   }
   const TriangleMesh before = near_sections(content.lumen, sections);
-  Picture sheet = blank_picture(kMostWidth, 2 * height + kGap + 26);
+  Picture sheet = blank_picture(layout.width(), layout.height() + kScaleHeight);
   for (std::size_t r = 0; r < 2; ++r) {
     Canvas canvas(grey_picture(values[r], grey, ribbons[r]));
     draw_edges(canvas, before, sections, ribbons[r], kBefore);
     if (content.moments.size() > 1)
       draw_edges(canvas, content.moments.back().wall, sections, ribbons[r], kAfter);
-    paste(canvas.picture(), 0, int(r) * (height + kGap), sheet);
+    paste(canvas.picture(), int(r) * layout.step_x, int(r) * layout.step_y, sheet);
   }
   Canvas labelled(std::move(sheet));
   draw_scale(labelled, pixel_mm);

@@ -54,8 +54,8 @@ constexpr std::array kWordings{
     Wording{"lesion.stenosis_at_least_percent", "Diameter stenosis is at least", "%", 1},
     Wording{"lesion.segment_mld_mm", "MLD along the whole balloon", "mm", 2},
     Wording{"lesion.segment_mla_mm2", "MLA along the whole balloon", "mm²", 2},
-    Wording{"lesion.image_mld_mm", "MLD in the image, before it was meshed", "mm", 2},
-    Wording{"lesion.image_mla_mm2", "MLA in the image, before it was meshed", "mm²", 2},
+    Wording{"lesion.image_mld_mm", "MLD before the lumen was meshed", "mm", 2},
+    Wording{"lesion.image_mla_mm2", "MLA before the lumen was meshed", "mm²", 2},
     Wording{"balloon.nominal_diameter_mm", "Nominal diameter", "mm", 2},
     Wording{"balloon.length_mm", "Length", "mm", 1},
     Wording{"balloon.material", "Material", "", 0},
@@ -174,8 +174,9 @@ constexpr std::array kWordings{
     Wording{"wall.over_strength_percent", "Share over its strength, where the balloon touches", "%",
             1},
     Wording{"mesh.mean_edge_mm", "Mean edge", "mm", 3},
-    Wording{"mesh.distance_mean_mm", "Distance to the image's lumen, mean", "mm", 4},
-    Wording{"mesh.distance_percentile_95_mm", "Distance to the image's lumen, 95 %", "mm", 4},
+    Wording{"mesh.distance_mean_mm", "Distance to the lumen that was meshed, mean", "mm", 4},
+    Wording{"mesh.distance_percentile_95_mm", "Distance to the lumen that was meshed, 95 %", "mm",
+            4},
     Wording{"mesh.volume_mm3", "Volume", "mm³", 1},
     Wording{"mesh.volume_change_percent", "Change of volume by meshing", "%", 3},
     Wording{"mesh.tets", "Tetrahedra", "", 0},
@@ -475,8 +476,8 @@ std::string lesion_table(const std::string& json) {
   return "<p class=\"sub on-narrow\">The table is wider than the page: move it sideways to see all "
          "columns.</p>\n<div class=\"table wide\"><table>" +
          body +
-         "</table></div>\n<p class=\"sub\">Of the image; what is simulated is measured on its "
-         "wall.</p>"
+         "</table></div>\n<p class=\"sub\">Before the lumen was meshed; what is simulated is "
+         "measured on its wall.</p>"
          "\n";
 }
 
