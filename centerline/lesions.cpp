@@ -41,9 +41,12 @@ constexpr double kLeastEvidenceInEnd = 5.0;
 constexpr double kMostEvidence = 2.0;  ///< that is asked for where many branches are looked at
 constexpr double kLeastOddsOfErrors = 5.0;
 
-/// The same for a place that lies open to both sides: as many branches, as many chances.
-double least_evidence_in(const TreeReference& reference) {
-  return std::min(kMostEvidence, kLeastEvidence + std::log(double(reference.branches.size())));
+/// The same for a place that lies open to both sides: as many branches, as many chances. Before a
+/// dip in which the tree begins, as behind one in which a line ends, nothing tells its width.
+double least_evidence_at(const Known& known, const Dip& dip) {
+  const double least =
+      std::min(kMostEvidence, kLeastEvidence + std::log(double(known.tree.branches.size())));
+  return known.is_measured_within(0, dip.first) ? least : std::max(least, kLeastEvidenceAtEnd);
 }
 
 /// What a listing has to cost more in a large tree and in one whose lines pass from vessel to
@@ -112,13 +115,6 @@ double cost_of_errors(const Known& known, const Dip& dip) {
   return cost;
 }
 
-/// Whether anything was measured behind a dip: nothing is where a line ends.
-bool is_measured_behind(const Known& known, const Vessel& vessel, std::size_t last) {
-  for (std::size_t i = last + 1; i <= vessel.last; ++i)
-    if (known.is_measured(i)) return true;
-  return false;
-}
-
 /// Whether a dip is but the closed tip in which the vessel ends: from its tightest place on the
 /// lumen widens no more, and over its last healthy radius it goes on to narrow; or, within a
 /// healthy diameter of the line's end, it stays shut (under a fifth of the healthy width), as a
@@ -171,7 +167,7 @@ bool is_candidate(const Known& known, const Dip& dip, const LesionOptions& optio
 bool is_told_anyway(const Known& known, const Vessel& vessel, const Dip& dip) {
   constexpr double kHalf = 50.0;
   return known.percent(dip.tightest) >= kHalf && !ends_tightest(known, dip) &&
-         is_measured_behind(known, vessel, dip.last);
+         known.is_measured_within(dip.last + 1, vessel.last + 1);
 }
 
 /// @param least  evidence, where the dip lies open to both sides
@@ -180,7 +176,7 @@ bool is_evident(const Known& known, const Vessel& vessel, const Dip& dip, double
                 double doubt, const LesionOptions& options) {
   if (ends_tightest(known, dip))
     least = kLeastEvidenceInEnd;
-  else if (!is_measured_behind(known, vessel, dip.last))
+  else if (!known.is_measured_within(dip.last + 1, vessel.last + 1))
     least = kLeastEvidenceAtEnd;
   return cost_of_thin_vessel(known, dip, options.min_stenosis_percent) >= least + doubt &&
          cost_of_errors(known, dip) >= kLeastOddsOfErrors;
@@ -230,7 +226,7 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
     if (options.centerline < 0) {
-      const double least = least_evidence_in(reference);
+      const double least = least_evidence_at(known, dip);
       lesion.doubt =
           !is_evident(known, vessel, dip, least, 0.0, options) ? Doubt::faint
           : !is_evident(known, vessel, dip, least, doubt, options)

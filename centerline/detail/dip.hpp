@@ -16,6 +16,12 @@ struct Known {
   const ReferenceDiameter& reference;
 
   [[nodiscard]] bool is_measured(std::size_t i) const { return reference.measured[i] > 0.0; }
+  /// Is anything measured at the points [first, end)?
+  [[nodiscard]] bool is_measured_within(std::size_t first, std::size_t end) const {
+    for (std::size_t i = first; i < end; ++i)
+      if (is_measured(i)) return true;
+    return false;
+  }
   /// Diameter stenosis; 0 where nothing is measured.
   [[nodiscard]] double percent(std::size_t i) const {
     if (!is_measured(i)) return 0.0;

@@ -166,6 +166,18 @@ TEST(LesionLaws, AtTheInletALesionIsFound) {
   EXPECT_NEAR(lesion.reference_average_mm, lesion.reference_distal_mm, 1e-12);
 }
 
+TEST(LesionLaws, WhereTheTreeBeginsAFaintNarrowingIsInDoubtAsWhereItEnds) {
+  // Nearly as long narrow as wide: which of the two is healthy is not known.
+  const auto begins_thin = [](double s) {
+    return s < 16.0 ? 2.0 : std::min(4.0, 2.0 + (s - 16.0));
+  };
+  const Lesion lesion = find_lesions(tree_of({line_of(begins_thin, 36.0)}), {}).at(1);
+  EXPECT_NEAR(lesion.diameter_stenosis_percent, 50.0, 4.0);
+  EXPECT_GT(lesion.evidence, 0.2);
+  EXPECT_LT(lesion.evidence, 1.0);
+  EXPECT_EQ(lesion.doubt, Doubt::faint);
+}
+
 TEST(LesionLaws, AClosedTipIsNone) {
   const auto tip = [](double s) { return std::max(4.0 * std::min(1.0, (50.0 - s) / 12.0), 1e-3); };
   EXPECT_FALSE(find_lesions(tree_of({line_of(tip, 50.0)}), {}).at(0).is_stenosis);
