@@ -165,7 +165,8 @@ Reason reason_for(const CenterlineTree& lines, const TriangleMesh& surface,
                                      "at a beginning",
                                      "at an end",
                                      "one of a string of beads",
-                                     "diffuse disease"};
+                                     "diffuse disease",
+                                     "beyond an aneurysm"};
   const centerline::LesionOptions options =
       centerline::lesion_options({}, centerline::resolution_of_surface(surface));
   for (const centerline::Lesion& lesion : centerline::find_lesions(lines, options)) {

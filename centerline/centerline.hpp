@@ -118,14 +118,15 @@ struct LesionOptions {
 /// What a narrowing may be that is not listed for it.
 enum class Doubt {
   none,
-  faint,           ///< a vessel that is thin there by itself, or errors of its diameters
-  crowded,         ///< a place where vessels touch, by chance narrow, in a large tree
-  beside_no_tube,  ///< a neck of an organ or of a sac
-  heart,           ///< one of its valves, or vessels beyond it
-  at_beginning,    ///< the end of an image, or of its signal, or of a surface that ends closed
-  at_end,          ///< likewise
-  bead,            ///< one of many on a string: a ragged surface, or fibromuscular dysplasia
-  diffuse,         ///< a thin vessel with wide ends
+  faint,            ///< a vessel that is thin there by itself, or errors of its diameters
+  crowded,          ///< a place where vessels touch, by chance narrow, in a large tree
+  beside_no_tube,   ///< a neck of an organ or of a sac
+  heart,            ///< one of its valves, or vessels beyond it
+  at_beginning,     ///< the end of an image, or of its signal, or of a surface that ends closed
+  at_end,           ///< likewise
+  bead,             ///< one of many on a string: a ragged surface, or fibromuscular dysplasia
+  diffuse,          ///< a thin vessel with wide ends
+  beyond_aneurysm,  ///< of a line's end whose healthy width is known from beyond an aneurysm alone
 };
 
 struct Lesion {
@@ -179,9 +180,11 @@ struct Lesion {
 /// tube, as an organ's or a sac's: the largest circle fills less than two fifths of the sections;
 /// and none where the width swings to and fro, by 1.35 each time, more than six times within eight
 /// healthy diameters to both sides; and none whose reference is more than 1.5 times as wide as the
-/// healthy vessel on both sides. None of that where `centerline` names a line. Half of the width
-/// or more does not go missing without a word where the vessel is seen before and behind: told
-/// (Doubt::faint), whatever the odds.
+/// healthy vessel on both sides. Where nothing is measured before a narrowing, or behind it, the
+/// odds have to be e to one; e^2 to one if an aneurysm lies between it and the healthy vessel on
+/// its other side. None of that where `centerline` names a line. Half of the width or more does not
+/// go missing without a word where the vessel is seen before and behind: told (Doubt::faint),
+/// whatever the odds.
 ///
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
 /// where nothing is measured, does not part them along the wider daughter. A neck is a bridge

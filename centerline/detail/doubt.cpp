@@ -75,6 +75,33 @@ bool lies_beyond_the_heart(const Known& known, const Dip& dip) {
   return false;
 }
 
+/// Whether nothing is measured beyond a dip on one side, and on the other an aneurysm lies before
+/// the healthy vessel: over more than half a healthy diameter the lumen is 1.3 times as wide,
+/// before a diameter of healthy vessel is reached. What reaches over an aneurysm tells less of the
+/// width beyond: odds of seven to one are asked for.
+bool lies_beyond_aneurysm(const Known& known, const Vessel& vessel, const Dip& dip,
+                          const Lesion& lesion) {
+  constexpr double kLeastEvidence = 2.0, kWide = 1.3, kLeastLength = 0.5, kHealthyLength = 1.0;
+  const bool is_before = known.is_measured_within(0, dip.first);
+  const bool is_behind = known.is_measured_within(dip.last + 1, vessel.last + 1);
+  if (is_before == is_behind || lesion.evidence >= kLeastEvidence) return false;
+  const std::vector<double>& s = known.path.abscissa;
+  const std::ptrdiff_t step = is_before ? -1 : 1;
+  const auto end = is_before ? std::ptrdiff_t(-1) : std::ptrdiff_t(vessel.last) + 1;
+  double wide = 0.0, healthy = 0.0;  // lengths in healthy diameters
+  for (auto at = std::ptrdiff_t(is_before ? dip.first : dip.last) + step;
+       at != end && healthy < kHealthyLength; at += step) {
+    const auto i = std::size_t(at);
+    if (!known.is_measured(i)) continue;
+    const double diameter = known.reference.diameter[i];
+    const double length =
+        0.5 * (s[std::min(i + 1, s.size() - 1)] - s[i > 0 ? i - 1 : i]) / diameter;
+    if (known.reference.measured[i] > kWide * diameter) wide += length;
+    if (known.reference.healthy[i] != 0) healthy += length;
+  }
+  return wide > kLeastLength;
+}
+
 /// How often the width swings to and fro within a reach [mm] of a place, by kSwing each time. Told
 /// by cells of a quarter of a diameter: single points of a throat err by as much. Where little of
 /// the healthy width is left, errors are a large share of the rest: a fifth of it is added.
@@ -139,6 +166,7 @@ Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const
   };
   if (is_end(0) && lies_at(s.front(), dip.first, known, dip)) return Doubt::at_beginning;
   if (is_end(s.size() - 1) && lies_at(s.back(), dip.last, known, dip)) return Doubt::at_end;
+  if (lies_beyond_aneurysm(known, vessel, dip, lesion)) return Doubt::beyond_aneurysm;
   if (is_a_bead(known, vessel, dip)) return Doubt::bead;
   return Doubt::none;
 }

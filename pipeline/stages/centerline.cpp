@@ -160,6 +160,10 @@ std::string what_else(centerline::Doubt doubt, bool is_surface) {
       return "the line begins in it, and no healthy vessel is seen before it";
     case centerline::Doubt::at_end:
       return "the line ends in it, and no healthy vessel is seen behind it";
+    case centerline::Doubt::beyond_aneurysm:
+      return "nothing is seen beyond it on one side, and an aneurysm lies on the other: the vessel "
+             "may "
+             "be as thin there by itself";
     case centerline::Doubt::bead:
       return "the width swings to and fro like beads on a string, as in a ragged " +
              std::string(is_surface ? "surface" : "segmentation") +
@@ -175,8 +179,9 @@ std::string what_else(centerline::Doubt doubt, bool is_surface) {
 void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
   const bool is_surface = has_surface_input(work.files);
   using centerline::Doubt;
-  for (const Doubt doubt : {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart,
-                            Doubt::at_beginning, Doubt::at_end, Doubt::bead}) {
+  for (const Doubt doubt :
+       {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart, Doubt::at_beginning,
+        Doubt::at_end, Doubt::bead, Doubt::beyond_aneurysm}) {
     const auto is_told = [&](const centerline::Lesion& lesion) {
       return lesion.doubt == doubt && !lesion.is_too_thin;
     };

@@ -178,6 +178,27 @@ TEST(LesionLaws, WhereTheTreeBeginsAFaintNarrowingIsInDoubtAsWhereItEnds) {
   EXPECT_EQ(lesion.doubt, Doubt::faint);
 }
 
+TEST(Doubt, OfAnEndWhoseHealthyWidthIsKnownFromBeyondAnAneurysmAlone) {
+  // 4.2 mm, then 3 mm to where the surface is cut open; with or without an aneurysm in between.
+  const auto find = [](double bulge_mm) {
+    const auto diameter = [bulge_mm](double s) {
+      const double x = (s - 16.0) / 4.0;
+      const double bulge =
+          std::abs(x) < 1.0 ? 0.5 * bulge_mm * (1.0 + std::cos(units::kPi * x)) : 0.0;
+      return bulge + (s < 16.0 ? 4.2 : std::max(1.8, 3.0 - 0.1 * std::max(0.0, s - 20.0)));
+    };
+    for (const Lesion& lesion : find_lesions(tree_of({line_of(diameter, 28.0)}), {}))
+      if (lesion.is_stenosis || lesion.is_left_out()) return lesion;
+    return Lesion{};
+  };
+  const Lesion beyond = find(4.8);
+  EXPECT_NEAR(beyond.diameter_stenosis_percent, 47.0, 4.0);
+  EXPECT_GT(beyond.evidence, 1.0);
+  EXPECT_LT(beyond.evidence, 2.0);
+  EXPECT_EQ(beyond.doubt, Doubt::beyond_aneurysm);
+  EXPECT_NE(find(0.0).doubt, Doubt::beyond_aneurysm);
+}
+
 TEST(LesionLaws, AClosedTipIsNone) {
   const auto tip = [](double s) { return std::max(4.0 * std::min(1.0, (50.0 - s) / 12.0), 1e-3); };
   EXPECT_FALSE(find_lesions(tree_of({line_of(tip, 50.0)}), {}).at(0).is_stenosis);
