@@ -166,7 +166,8 @@ Reason reason_for(const CenterlineTree& lines, const TriangleMesh& surface,
                                      "at an end",
                                      "one of a string of beads",
                                      "diffuse disease",
-                                     "beyond an aneurysm"};
+                                     "beyond an aneurysm",
+                                     "not the same blood"};
   const centerline::LesionOptions options =
       centerline::lesion_options({}, centerline::resolution_of_surface(surface));
   for (const centerline::Lesion& lesion : centerline::find_lesions(lines, options)) {

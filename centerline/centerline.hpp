@@ -111,6 +111,9 @@ struct LesionOptions {
   /// its wall is exact. They are chords of a wall that may be wider: a narrowing that need not be
   /// one of min_stenosis_percent is not listed.
   std::function<double(const Vec3& place, double reach)> edge_mm = nullptr;
+  /// The scan's value at a place, LPS [mm]; unset: there is no scan, or one of labels. What lies on
+  /// both sides of a stenosis is the same blood.
+  std::function<double(const Vec3& place)> intensity = nullptr;
 
   void validate() const;
 };
@@ -127,6 +130,8 @@ enum class Doubt {
   bead,             ///< one of many on a string: a ragged surface, or fibromuscular dysplasia
   diffuse,          ///< a thin vessel with wide ends
   beyond_aneurysm,  ///< of a line's end whose healthy width is known from beyond an aneurysm alone
+  other_blood,  ///< not between two pieces of one vessel: what it joins is not equally bright, or
+                ///< not even
 };
 
 struct Lesion {
@@ -182,8 +187,9 @@ struct Lesion {
 /// healthy diameters to both sides; and none whose reference is more than 1.5 times as wide as the
 /// healthy vessel on both sides. Where nothing is measured before a narrowing, or behind it, the
 /// odds have to be e to one; e^2 to one if an aneurysm lies between it and the healthy vessel on
-/// its other side. None of that where `centerline` names a line. Half of the width or more does not
-/// go missing without a word where the vessel is seen before and behind: told (Doubt::faint),
+/// its other side. None is listed in a scan whose two sides are not the same blood
+/// (detail/blood.hpp). None of that where `centerline` names a line. Half of the width or more does
+/// not go missing without a word where the vessel is seen before and behind: told (Doubt::faint),
 /// whatever the odds.
 ///
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,

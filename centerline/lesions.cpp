@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "centerline/centerline.hpp"
+#include "centerline/detail/blood.hpp"
 #include "centerline/detail/contacts.hpp"
 #include "centerline/detail/diffuse.hpp"
 #include "centerline/detail/dip.hpp"
@@ -228,9 +229,11 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     if (options.centerline < 0) {
       const double least = least_evidence_at(known, dip);
       lesion.doubt =
-          !is_evident(known, vessel, dip, least, 0.0, options) ? Doubt::faint
-          : !is_evident(known, vessel, dip, least, doubt, options)
-              ? Doubt::crowded
+          !is_evident(known, vessel, dip, least, 0.0, options)     ? Doubt::faint
+          : !is_evident(known, vessel, dip, least, doubt, options) ? Doubt::crowded
+          : options.intensity && is_other_blood(tree.paths[shown.path], lesion, options.intensity,
+                                                options.voxel_mm)
+              ? Doubt::other_blood
               : find_doubt(known, vessel, dip, lesion,
                            {.is_crowded = doubt > 0.0, .is_scan = options.voxel_mm > 0.0});
     }

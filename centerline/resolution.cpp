@@ -45,6 +45,10 @@ LesionOptions lesion_options(LesionOptions options, const Resolution& resolution
     options.edge_mm = [surface = resolution.surface](const Vec3& place, double reach) {
       return edge_around(*surface, place, reach);
     };
+  if (resolution.scan)
+    options.intensity = [scan = resolution.scan](const Vec3& place) {
+      return interpolate(*scan, place);
+    };
   return options;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "centerline/centerline.hpp"
+#include "core/volume.hpp"
 
 namespace angio::centerline {
 
@@ -15,6 +16,7 @@ struct Resolution {
   std::shared_ptr<const TriangleMesh> surface;  ///< null: a scan
   /// LPS [mm], where the segmentation kept open what is narrower than the scan can show.
   std::vector<Vec3> narrow_lps_mm = {};
+  std::shared_ptr<const Volume<float>> scan = nullptr;  ///< null: a surface, or labels
 };
 
 /// Whether a lesion's throat is seen, but its diameter not measured: it is narrower than a voxel,

@@ -1,5 +1,8 @@
 #include "pipeline/case/resolution.hpp"
 
+#include <memory>
+#include <utility>
+
 #include "core/atomic_file.hpp"
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
@@ -28,8 +31,10 @@ void write_narrow_places(const std::filesystem::path& file, const std::vector<Ve
 
 centerline::Resolution case_resolution(const StageFiles& files) {
   if (files.exists(kScan)) {
-    centerline::Resolution resolution =
-        resolution_of(segmentation::read_volume_file(files.path(kScan)));
+    auto scan =
+        std::make_shared<const Volume<float>>(segmentation::read_volume_file(files.path(kScan)));
+    centerline::Resolution resolution = resolution_of(*scan);
+    if (!segmentation::is_label_map(*scan)) resolution.scan = std::move(scan);
     if (!files.exists(kNarrowPlaces)) return resolution;
     for (const nlohmann::json& place : read_json(files.path(kNarrowPlaces)))
       resolution.narrow_lps_mm.push_back(

@@ -164,6 +164,10 @@ std::string what_else(centerline::Doubt doubt, bool is_surface) {
       return "nothing is seen beyond it on one side, and an aneurysm lies on the other: the vessel "
              "may "
              "be as thin there by itself";
+    case centerline::Doubt::other_blood:
+      return "the scan is not as bright, or not as even, on both sides of it as one vessel's blood "
+             "is: "
+             "the line may leave the vessel there";
     case centerline::Doubt::bead:
       return "the width swings to and fro like beads on a string, as in a ragged " +
              std::string(is_surface ? "surface" : "segmentation") +
@@ -181,7 +185,7 @@ void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& le
   using centerline::Doubt;
   for (const Doubt doubt :
        {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart, Doubt::at_beginning,
-        Doubt::at_end, Doubt::bead, Doubt::beyond_aneurysm}) {
+        Doubt::at_end, Doubt::bead, Doubt::beyond_aneurysm, Doubt::other_blood}) {
     const auto is_told = [&](const centerline::Lesion& lesion) {
       return lesion.doubt == doubt && !lesion.is_too_thin;
     };

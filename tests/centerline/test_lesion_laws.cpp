@@ -199,6 +199,26 @@ TEST(Doubt, OfAnEndWhoseHealthyWidthIsKnownFromBeyondAnAneurysmAlone) {
   EXPECT_NE(find(0.0).doubt, Doubt::beyond_aneurysm);
 }
 
+TEST(Doubt, OfANarrowingBetweenLumensThatAreNotTheSameBlood) {
+  const auto diameter = [](double s) { return 4.0 * narrowed(s, 30.0, 6.0, 0.6); };
+  const CenterlineTree tree = tree_of({line_of(diameter, 60.0)});
+  const auto doubt_where = [&](const std::function<double(double)>& behind) {
+    const auto intensity = [&](const Vec3& at) {
+      if (std::hypot(at.x, at.y) > 0.5 * diameter(at.z)) return 50.0;  // tissue
+      return at.z < 30.0 ? 450.0 : behind(at.z);
+    };
+    for (const Lesion& lesion : find_lesions(tree, {.voxel_mm = 0.5, .intensity = intensity}))
+      if (lesion.is_stenosis || lesion.is_left_out()) return lesion.doubt;
+    return Doubt::faint;
+  };
+  EXPECT_EQ(doubt_where([](double) { return 450.0; }), Doubt::none);
+  EXPECT_EQ(doubt_where([](double) { return 410.0; }), Doubt::none);
+  EXPECT_EQ(doubt_where([](double) { return 580.0; }), Doubt::other_blood);
+  EXPECT_EQ(doubt_where([](double) { return 250.0; }), Doubt::other_blood);
+  EXPECT_EQ(doubt_where([](double z) { return std::sin(2.0 * z) > 0.0 ? 540.0 : 360.0; }),
+            Doubt::other_blood);  // as bright, but not even
+}
+
 TEST(LesionLaws, AClosedTipIsNone) {
   const auto tip = [](double s) { return std::max(4.0 * std::min(1.0, (50.0 - s) / 12.0), 1e-3); };
   EXPECT_FALSE(find_lesions(tree_of({line_of(tip, 50.0)}), {}).at(0).is_stenosis);
