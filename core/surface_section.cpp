@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "core/units.hpp"
 
@@ -52,6 +53,12 @@ std::vector<std::size_t> curves_of(const std::vector<Piece>& pieces) {
   return curve;
 }
 
+std::pair<Vec3, Vec3> axes_across(const Vec3& normal) {
+  const Vec3 aside = std::abs(normal.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
+  const Vec3 right = normalized(cross(normal, aside));
+  return {right, cross(normal, right)};
+}
+
 }  // namespace
 
 std::optional<SurfaceSection> nearest_section(const std::vector<Triangle>& triangles,
@@ -86,6 +93,45 @@ std::optional<SurfaceSection> nearest_section(const std::vector<Triangle>& trian
   return section;
 }
 
+double inscribed_radius(const SurfaceSection& section, const Vec3& from) {
+  constexpr int kDirections = 8;
+  constexpr double kFirstStep = 0.25, kLastStep = 1e-3;  // of the radius
+  const auto nearest = [&](const Vec3& place) {
+    double least = std::numeric_limits<double>::max();
+    for (const auto& [a, b] : section.pieces) {
+      const Vec3 along = b - a, to = place - a;
+      const double length = dot(along, along);
+      const double t = length > 0.0 ? std::clamp(dot(to, along) / length, 0.0, 1.0) : 0.0;
+      least = std::min(least, distance(to, t * along));
+    }
+    return least;
+  };
+  if (section.pieces.empty()) return 0.0;
+  const auto [right, up] = axes_across(section.normal);
+  Vec3 center = from - dot(from - section.middle, section.normal) * section.normal;
+  double radius = nearest(center);
+  for (double share = kFirstStep; share > kLastStep;) {
+    const double step = share * radius;
+    Vec3 best = center;
+    double widest = radius;
+    for (int k = 0; k < kDirections; ++k) {
+      const double angle = 2.0 * units::kPi * k / kDirections;
+      const Vec3 place = center + step * (std::cos(angle) * right + std::sin(angle) * up);
+      if (const double there = nearest(place); there > widest) {
+        widest = there;
+        best = place;
+      }
+    }
+    if (widest > radius) {
+      radius = widest;
+      center = best;
+    } else {
+      share *= 0.5;
+    }
+  }
+  return radius;
+}
+
 std::optional<SectionWidths> section_widths(const SurfaceSection& section) {
   constexpr int kDirections = 90;
   Vec3 centroid;
@@ -98,8 +144,7 @@ std::optional<SectionWidths> section_widths(const SurfaceSection& section) {
   }
   if (doubled == 0.0) return std::nullopt;
   centroid = section.middle + centroid / doubled;
-  const Vec3 aside = std::abs(section.normal.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
-  const Vec3 right = normalized(cross(section.normal, aside)), up = cross(section.normal, right);
+  const auto [right, up] = axes_across(section.normal);
   // How far the curve is from the centroid in a direction; negative: it is not there.
   const auto reach = [&](const Vec3& direction) {
     const Vec3 across = cross(section.normal, direction);

@@ -29,6 +29,11 @@ std::optional<SurfaceSection> nearest_section(const std::vector<Triangle>& trian
                                               const std::vector<Vec3>& x, const Vec3& point,
                                               const Vec3& normal);
 
+/// The radius of the largest circle in a section [mm], from a place in it: the centre goes where
+/// the nearest piece is farther away, until steps of a thousandth of the radius gain nothing.
+/// @return 0: the place lies on the curve, or there is none
+double inscribed_radius(const SurfaceSection& section, const Vec3& from);
+
 /// The shortest and the longest chord through the centroid of what a section encloses [mm].
 struct SectionWidths {
   double least = 0.0, greatest = 0.0;

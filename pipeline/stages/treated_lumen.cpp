@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "core/statistics.hpp"
@@ -93,8 +92,8 @@ TreatedLumen::TreatedLumen(TriangleMesh lumen, std::vector<int> region, Centerli
 }
 
 void TreatedLumen::find_mistaken() {
-  constexpr double kMostOff = 0.5;     // of the segment's median radius
-  constexpr double kMostOfMesh = 1.7;  // of the area that the mesh itself has there
+  constexpr double kMostOff = 0.5;   // of the segment's median radius
+  constexpr double kMostCut = 0.25;  // of the sections: with more, the tube tells of none
   const centerline::LumenProfile seen = centerline::measure_lumen(
       points(lumen_.vertices), path_, spans_.segment_first, spans_.segment_last);
   if (seen.abscissa.empty()) return;
@@ -102,11 +101,13 @@ void TreatedLumen::find_mistaken() {
   for (const double s : seen.abscissa) radii.push_back(sample(path_, s).equivalent_radius);
   const double most = kMostOff * median(radii);
   for (std::size_t i = 0; i < seen.abscissa.size(); ++i) {
+    const auto cut = cut_at(path_, lumen_.vertices, seen.abscissa[i]);
     if (std::sqrt(seen.section_area[i] / units::kPi) > radii[i] + most)
       mistaken_.insert(seen.abscissa[i]);
-    else if (seen.section_area[i] > kMostOfMesh * area_at(path_, lumen_.vertices, seen.abscissa[i]))
-      crowded_.insert(seen.abscissa[i]);
+    else if (cut && !tells(seen, i, *cut))
+      cut_.insert(seen.abscissa[i]);
   }
+  is_all_cut_ = double(cut_.size()) > kMostCut * double(seen.abscissa.size());
   // What is left has to tell of the lesion; a single place may be told of by what is beside it.
   const auto is_left_between = [&](double first, double last) {
     return std::any_of(seen.abscissa.begin(), seen.abscissa.end(),
@@ -119,25 +120,45 @@ void TreatedLumen::find_mistaken() {
   if (spans_.lesion_first == spans_.lesion_last) measure_single_place_in(seen);
 }
 
-double TreatedLumen::area_at(const CenterlinePath& path, const std::vector<Vec3>& lumen,
-                             double abscissa) const {
+std::optional<TreatedLumen::Cut> TreatedLumen::cut_at(const CenterlinePath& path,
+                                                      const std::vector<Vec3>& lumen,
+                                                      double abscissa) const {
   const CenterlineSample at = sample(path, abscissa);
   const auto section = nearest_section(lumen_.triangles, lumen, at.point, at.tangent);
-  const bool is_of_path =
-      section && distance(section->middle, at.point) < std::sqrt(section->area / units::kPi);
-  return is_of_path ? section->area : std::numeric_limits<double>::max();
+  if (!section || distance(section->middle, at.point) > std::sqrt(section->area / units::kPi))
+    return std::nullopt;
+  // The plane crosses two edges for every edge around.
+  const double corners = std::max(0.5 * double(section->pieces.size()), 4.0);
+  return Cut{
+      section->area,
+      std::max(inscribed_radius(*section, at.point), inscribed_radius(*section, section->middle)),
+      1.0 / std::cos(units::kPi / corners)};
 }
 
-centerline::LumenProfile TreatedLumen::bounded(centerline::LumenProfile profile,
-                                               const CenterlinePath& path,
-                                               const std::vector<Vec3>& lumen) const {
-  if (crowded_.empty()) return profile;
+bool TreatedLumen::tells(const centerline::LumenProfile& seen, std::size_t i, const Cut& cut) {
+  constexpr double kMostOffWidth = 0.05, kMostOffCircle = 0.10;
+  const double width = std::sqrt(seen.section_area[i] / cut.area),
+               circle = seen.inscribed_radius[i] / cut.inscribed_radius;
+  if (runs_along_branch(seen, i, cut)) return true;
+  return width < (1.0 + kMostOffWidth) * cut.chord_share &&
+         circle < (1.0 + kMostOffCircle) * cut.chord_share && circle > 1.0 - kMostOffCircle;
+}
+
+bool TreatedLumen::runs_along_branch(const centerline::LumenProfile& seen, std::size_t i,
+                                     const Cut& cut) {
+  constexpr double kMostOfTube = 1.1;  // of the area
+  return cut.area > kMostOfTube * seen.section_area[i];
+}
+
+centerline::LumenProfile TreatedLumen::with_cuts(centerline::LumenProfile profile,
+                                                 const CenterlinePath& path,
+                                                 const std::vector<Vec3>& lumen) const {
   for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
-    if (!crowded_.contains(profile.abscissa[i])) continue;
-    const double area = area_at(path, lumen, profile.abscissa[i]);
-    profile.section_area[i] = std::min(profile.section_area[i], area);
-    profile.inscribed_radius[i] =
-        std::min(profile.inscribed_radius[i], std::sqrt(area / units::kPi));
+    if (!is_all_cut_ && !cut_.contains(profile.abscissa[i])) continue;
+    const auto cut = cut_at(path, lumen, profile.abscissa[i]);
+    if (!cut || runs_along_branch(profile, i, *cut)) continue;
+    profile.section_area[i] = cut->area;
+    profile.inscribed_radius[i] = cut->inscribed_radius;
   }
   return profile;
 }
@@ -146,7 +167,7 @@ void TreatedLumen::measure_single_place_in(const centerline::LumenProfile& seen)
   const auto away = [&](double s) { return std::abs(s - spans_.lesion_first); };
   std::optional<double> nearest;
   const centerline::LumenProfile left =
-      centerline::without_disproved(bounded(without_mistaken(seen), path_, lumen_.vertices));
+      centerline::without_disproved(with_cuts(without_mistaken(seen), path_, lumen_.vertices));
   for (const double s : left.abscissa)
     if (!nearest || away(s) < away(*nearest)) nearest = s;
   if (nearest) spans_.lesion_first = spans_.lesion_last = *nearest;
@@ -209,7 +230,7 @@ centerline::LumenProfile TreatedLumen::profile_of(const std::vector<Vec3>& wall,
   const CenterlinePath path = moved_path(lumen);
   const Profiles profiles = measure(points(lumen), balloon, path);
   centerline::LumenProfile seen =
-      centerline::without_disproved(bounded(without_mistaken(profiles.wall), path, lumen));
+      centerline::without_disproved(with_cuts(without_mistaken(profiles.wall), path, lumen));
   if (balloon.empty()) return seen;
   return widened(std::move(seen), profiles.balloon);
 }

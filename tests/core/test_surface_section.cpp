@@ -44,6 +44,17 @@ TEST(SurfaceSection, OfAnEllipticTubeIsTheEllipse) {
   }
 }
 
+TEST(SurfaceSection, TheLargestCircleIsFoundFromAnywhereInside) {
+  const Vec3 middle{3.0, -1.0, 0.0};
+  const TriangleMesh ellipse = elliptic_tube(2.0, 1.2, middle);
+  for (const Vec3& from : {Vec3{0, 0, 0}, Vec3{1.2, 0.3, 0.0}, Vec3{-0.2, -1.0, 0.7}}) {
+    const auto section = nearest_section(ellipse.triangles, ellipse.vertices, middle, {0, 0, 1});
+    ASSERT_TRUE(section);
+    EXPECT_NEAR(inscribed_radius(*section, middle + from), 1.2, 3e-3);
+  }
+  EXPECT_EQ(inscribed_radius({}, {}), 0.0);
+}
+
 TEST(SurfaceSection, ATiltedPlaneCutsACircleIntoAnEllipse) {
   const TriangleMesh tube = elliptic_tube(1.0, 1.0, {});
   const double tilt = 0.7;
