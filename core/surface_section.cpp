@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <numbers>
+#include <queue>
+#include <set>
 #include <utility>
 
 #include "core/units.hpp"
@@ -53,10 +56,49 @@ std::vector<std::size_t> curves_of(const std::vector<Piece>& pieces) {
   return curve;
 }
 
+using Flat = std::array<double, 2>;  // in the plane of a section
+
+std::vector<std::array<Flat, 2>> flattened(const SurfaceSection& section, const Vec3& right,
+                                           const Vec3& up) {
+  std::vector<std::array<Flat, 2>> pieces;
+  pieces.reserve(section.pieces.size());
+  const auto flat = [&](const Vec3& p) {
+    return Flat{dot(p - section.middle, right), dot(p - section.middle, up)};
+  };
+  for (const auto& [from, to] : section.pieces) pieces.push_back({flat(from), flat(to)});
+  return pieces;
+}
+
+// How far inside a closed curve a place is: its distance to it, below zero outside.
+double depth(const std::vector<std::array<Flat, 2>>& curve, const Flat& place) {
+  double least = std::numeric_limits<double>::max();
+  bool is_inside = false;
+  for (const auto& [a, b] : curve) {
+    const double ux = b[0] - a[0], uy = b[1] - a[1], vx = place[0] - a[0], vy = place[1] - a[1],
+                 length = ux * ux + uy * uy,
+                 t = length > 0.0 ? std::clamp((ux * vx + uy * vy) / length, 0.0, 1.0) : 0.0,
+                 dx = vx - t * ux, dy = vy - t * uy;
+    least = std::min(least, dx * dx + dy * dy);
+    if ((a[1] > place[1]) != (b[1] > place[1]) && vx < ux * vy / uy) is_inside = !is_inside;
+  }
+  return is_inside ? std::sqrt(least) : -std::sqrt(least);
+}
+
 std::pair<Vec3, Vec3> axes_across(const Vec3& normal) {
   const Vec3 aside = std::abs(normal.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
   const Vec3 right = normalized(cross(normal, aside));
   return {right, cross(normal, right)};
+}
+
+// Whether every piece of a curve begins where another one of it ends.
+bool is_closed(const std::vector<Piece>& pieces, const std::vector<std::size_t>& curve,
+               std::size_t which) {
+  std::set<std::array<int, 2>> ends;
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    if (curve[i] == which) ends.insert(pieces[i].edge_to);
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    if (curve[i] == which && !ends.contains(pieces[i].edge_from)) return false;
+  return true;
 }
 
 }  // namespace
@@ -86,6 +128,7 @@ std::optional<SurfaceSection> nearest_section(const std::vector<Triangle>& trian
   SurfaceSection section{normal,
                          point + sum[nearest] / length[nearest],
                          0.5 * std::abs(dot(doubled[nearest], normal)),
+                         is_closed(pieces, curve, nearest),
                          {}};
   for (std::size_t i = 0; i < pieces.size(); ++i)
     if (curve[i] == nearest)
@@ -93,41 +136,39 @@ std::optional<SurfaceSection> nearest_section(const std::vector<Triangle>& trian
   return section;
 }
 
-double inscribed_radius(const SurfaceSection& section, const Vec3& from) {
-  constexpr int kDirections = 8;
-  constexpr double kFirstStep = 0.25, kLastStep = 1e-3;  // of the radius
-  const auto nearest = [&](const Vec3& place) {
-    double least = std::numeric_limits<double>::max();
-    for (const auto& [a, b] : section.pieces) {
-      const Vec3 along = b - a, to = place - a;
-      const double length = dot(along, along);
-      const double t = length > 0.0 ? std::clamp(dot(to, along) / length, 0.0, 1.0) : 0.0;
-      least = std::min(least, distance(to, t * along));
-    }
-    return least;
-  };
-  if (section.pieces.empty()) return 0.0;
+double inscribed_radius(const SurfaceSection& section) {
+  constexpr double kAccuracy = 2e-3;  // of the radius of a circle of the section's area
+  if (!section.is_closed || !(section.area > 0.0)) return 0.0;
   const auto [right, up] = axes_across(section.normal);
-  Vec3 center = from - dot(from - section.middle, section.normal) * section.normal;
-  double radius = nearest(center);
-  for (double share = kFirstStep; share > kLastStep;) {
-    const double step = share * radius;
-    Vec3 best = center;
-    double widest = radius;
-    for (int k = 0; k < kDirections; ++k) {
-      const double angle = 2.0 * units::kPi * k / kDirections;
-      const Vec3 place = center + step * (std::cos(angle) * right + std::sin(angle) * up);
-      if (const double there = nearest(place); there > widest) {
-        widest = there;
-        best = place;
-      }
+  const std::vector<std::array<Flat, 2>> curve = flattened(section, right, up);
+  Flat low{1e300, 1e300}, high{-1e300, -1e300};
+  for (const auto& [a, b] : curve)
+    for (std::size_t k = 0; k < 2; ++k) {
+      low[k] = std::min({low[k], a[k], b[k]});
+      high[k] = std::max({high[k], a[k], b[k]});
     }
-    if (widest > radius) {
-      radius = widest;
-      center = best;
-    } else {
-      share *= 0.5;
-    }
+  // The best square first: none of its points is deeper than its middle by more than half a
+  // diagonal.
+  struct Square {
+    double most, x, y, half;
+    bool operator<(const Square& other) const { return most < other.most; }
+  };
+  std::priority_queue<Square> squares;
+  double radius = 0.0;
+  const auto add = [&](double x, double y, double half) {
+    const double here = depth(curve, {x, y});
+    radius = std::max(radius, here);
+    squares.push({here + std::numbers::sqrt2 * half, x, y, half});
+  };
+  const double half = 0.5 * std::max(high[0] - low[0], high[1] - low[1]);
+  add(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), half);
+  const double accuracy = kAccuracy * std::sqrt(section.area / units::kPi);
+  while (!squares.empty() && squares.top().most > radius + accuracy) {
+    const Square square = squares.top();
+    squares.pop();
+    const double h = 0.5 * square.half;
+    for (const double dx : {-h, h})
+      for (const double dy : {-h, h}) add(square.x + dx, square.y + dy, h);
   }
   return radius;
 }

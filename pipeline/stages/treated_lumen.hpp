@@ -96,12 +96,9 @@ class TreatedLumen {
   /// Whether the tube's section is that of the mesh, but for chords and noise.
   [[nodiscard]] static bool tells(const centerline::LumenProfile& seen, std::size_t i,
                                   const Cut& cut);
-  /// A cut that is wider than the tube holds some of a side branch.
-  [[nodiscard]] static bool runs_along_branch(const centerline::LumenProfile& seen, std::size_t i,
-                                              const Cut& cut);
-  /// A profile with what planes cut out of the lumen in place of the tube's, where that does not
-  /// hold.
-  [[nodiscard]] centerline::LumenProfile with_cuts(centerline::LumenProfile profile,
+  /// A profile with what planes cut out of the lumen in place of the tube's, where that was found
+  /// not to hold; without places that a plane does not cut now.
+  [[nodiscard]] centerline::LumenProfile with_cuts(const centerline::LumenProfile& seen,
                                                    const CenterlinePath& path,
                                                    const std::vector<Vec3>& lumen) const;
   /// A lesion that is a single place is measured in one section at all moments: the nearest of
@@ -136,9 +133,9 @@ class TreatedLumen {
   std::vector<std::array<int, 2>> halved_;  ///< edges whose middles count, too
   std::vector<std::vector<Share>> shares_;  ///< shape [point of the path]
   std::vector<int> near_;                   ///< of vertices and middles: those round the segment
+  std::vector<Triangle> near_triangles_;    ///< between vertices of `near_`
   std::set<double> mistaken_;               ///< abscissas [mm] of sections that count at no moment
   std::set<double> cut_;                    ///< of those that planes measure, not the tube
-  bool is_all_cut_ = false;                 ///< that is: of all
 };
 
 class TreatedLumen::LesionFollower {

@@ -349,6 +349,15 @@ TEST(TreatedLumen, AWallBesideItIsNoSectionOfIt) {
         << profile.abscissa[i];
     EXPECT_NEAR(profile.inscribed_radius[i], radius, 0.1 * radius) << profile.abscissa[i];
   }
+  // A moment later, when the wall is a tenth wider, it is so in the same sections.
+  for (Vec3& p : wall) p = {1.1 * p.x, 1.1 * p.y, p.z};
+  const TreatedMeasures before = treated.measures(profile),
+                        after = treated.measures(treated.profile(wall));
+  EXPECT_NEAR(after.lesion.mld_mm, 1.1 * before.lesion.mld_mm, 0.01 * before.lesion.mld_mm);
+  EXPECT_NEAR(after.lesion.mla_mm2, 1.21 * before.lesion.mla_mm2, 0.02 * before.lesion.mla_mm2);
+  EXPECT_EQ(after.lesion.mla_abscissa_mm, before.lesion.mla_abscissa_mm);
+  const centerline::Tightest followed = treated.lesion(wall);
+  EXPECT_NEAR(followed.mld_mm, after.lesion.mld_mm, 1e-9);
 }
 
 TEST(TreatedLumen, OfASinglePlaceOneSectionCountsAtAllMoments) {
