@@ -373,6 +373,7 @@ Lesion lesion_at(const Known& known, const LesionOptions& options) {
   Lesion lesion =
       describe_dip(known, whole, grow_dip(known, whole, at), options.min_stenosis_percent);
   lesion.abscissa_mm = options.abscissa_mm;
+  if (!(lesion.length_mm > 0.0)) lesion.proximal_mm = lesion.distal_mm = options.abscissa_mm;
   lesion.is_stenosis = lesion.diameter_stenosis_percent >= options.min_stenosis_percent;
   return lesion;
 }

@@ -5,6 +5,10 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <numbers>
+#include <queue>
+#include <set>
+#include <utility>
 
 #include "core/units.hpp"
 
@@ -52,6 +56,51 @@ std::vector<std::size_t> curves_of(const std::vector<Piece>& pieces) {
   return curve;
 }
 
+using Flat = std::array<double, 2>;  // in the plane of a section
+
+std::vector<std::array<Flat, 2>> flattened(const SurfaceSection& section, const Vec3& right,
+                                           const Vec3& up) {
+  std::vector<std::array<Flat, 2>> pieces;
+  pieces.reserve(section.pieces.size());
+  const auto flat = [&](const Vec3& p) {
+    return Flat{dot(p - section.middle, right), dot(p - section.middle, up)};
+  };
+  for (const auto& [from, to] : section.pieces) pieces.push_back({flat(from), flat(to)});
+  return pieces;
+}
+
+// How far inside a closed curve a place is: its distance to it, below zero outside.
+double depth(const std::vector<std::array<Flat, 2>>& curve, const Flat& place) {
+  double least = std::numeric_limits<double>::max();
+  bool is_inside = false;
+  for (const auto& [a, b] : curve) {
+    const double ux = b[0] - a[0], uy = b[1] - a[1], vx = place[0] - a[0], vy = place[1] - a[1],
+                 length = ux * ux + uy * uy,
+                 t = length > 0.0 ? std::clamp((ux * vx + uy * vy) / length, 0.0, 1.0) : 0.0,
+                 dx = vx - t * ux, dy = vy - t * uy;
+    least = std::min(least, dx * dx + dy * dy);
+    if ((a[1] > place[1]) != (b[1] > place[1]) && vx < ux * vy / uy) is_inside = !is_inside;
+  }
+  return is_inside ? std::sqrt(least) : -std::sqrt(least);
+}
+
+std::pair<Vec3, Vec3> axes_across(const Vec3& normal) {
+  const Vec3 aside = std::abs(normal.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
+  const Vec3 right = normalized(cross(normal, aside));
+  return {right, cross(normal, right)};
+}
+
+// Whether every piece of a curve begins where another one of it ends.
+bool is_closed(const std::vector<Piece>& pieces, const std::vector<std::size_t>& curve,
+               std::size_t which) {
+  std::set<std::array<int, 2>> ends;
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    if (curve[i] == which) ends.insert(pieces[i].edge_to);
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    if (curve[i] == which && !ends.contains(pieces[i].edge_from)) return false;
+  return true;
+}
+
 }  // namespace
 
 std::optional<SurfaceSection> nearest_section(const std::vector<Triangle>& triangles,
@@ -79,11 +128,49 @@ std::optional<SurfaceSection> nearest_section(const std::vector<Triangle>& trian
   SurfaceSection section{normal,
                          point + sum[nearest] / length[nearest],
                          0.5 * std::abs(dot(doubled[nearest], normal)),
+                         is_closed(pieces, curve, nearest),
                          {}};
   for (std::size_t i = 0; i < pieces.size(); ++i)
     if (curve[i] == nearest)
       section.pieces.push_back({point + pieces[i].from, point + pieces[i].to});
   return section;
+}
+
+double inscribed_radius(const SurfaceSection& section) {
+  constexpr double kAccuracy = 2e-3;  // of the radius of a circle of the section's area
+  if (!section.is_closed || !(section.area > 0.0)) return 0.0;
+  const auto [right, up] = axes_across(section.normal);
+  const std::vector<std::array<Flat, 2>> curve = flattened(section, right, up);
+  Flat low{1e300, 1e300}, high{-1e300, -1e300};
+  for (const auto& [a, b] : curve)
+    for (std::size_t k = 0; k < 2; ++k) {
+      low[k] = std::min({low[k], a[k], b[k]});
+      high[k] = std::max({high[k], a[k], b[k]});
+    }
+  // The best square first: none of its points is deeper than its middle by more than half a
+  // diagonal.
+  struct Square {
+    double most, x, y, half;
+    bool operator<(const Square& other) const { return most < other.most; }
+  };
+  std::priority_queue<Square> squares;
+  double radius = 0.0;
+  const auto add = [&](double x, double y, double half) {
+    const double here = depth(curve, {x, y});
+    radius = std::max(radius, here);
+    squares.push({here + std::numbers::sqrt2 * half, x, y, half});
+  };
+  const double half = 0.5 * std::max(high[0] - low[0], high[1] - low[1]);
+  add(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), half);
+  const double accuracy = kAccuracy * std::sqrt(section.area / units::kPi);
+  while (!squares.empty() && squares.top().most > radius + accuracy) {
+    const Square square = squares.top();
+    squares.pop();
+    const double h = 0.5 * square.half;
+    for (const double dx : {-h, h})
+      for (const double dy : {-h, h}) add(square.x + dx, square.y + dy, h);
+  }
+  return radius;
 }
 
 std::optional<SectionWidths> section_widths(const SurfaceSection& section) {
@@ -98,8 +185,7 @@ std::optional<SectionWidths> section_widths(const SurfaceSection& section) {
   }
   if (doubled == 0.0) return std::nullopt;
   centroid = section.middle + centroid / doubled;
-  const Vec3 aside = std::abs(section.normal.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0};
-  const Vec3 right = normalized(cross(section.normal, aside)), up = cross(section.normal, right);
+  const auto [right, up] = axes_across(section.normal);
   // How far the curve is from the centroid in a direction; negative: it is not there.
   const auto reach = [&](const Vec3& direction) {
     const Vec3 across = cross(section.normal, direction);

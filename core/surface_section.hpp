@@ -16,6 +16,7 @@ struct SurfaceSection {
   /// Enclosed [mm^2]; where the curve is open at a rim, with the fan from `middle` in place of
   /// what is missing.
   double area = 0.0;
+  bool is_closed = false;
   std::vector<std::array<Vec3, 2>> pieces;  ///< [mm], in no order
 };
 
@@ -28,6 +29,12 @@ struct SurfaceSection {
 std::optional<SurfaceSection> nearest_section(const std::vector<Triangle>& triangles,
                                               const std::vector<Vec3>& x, const Vec3& point,
                                               const Vec3& normal);
+
+/// The radius of the largest circle in a section [mm], within 0.2 % of that of a circle of its
+/// area: the pole of inaccessibility (Garcia-Castellanos, Lombardo, Scottish Geographical Journal
+/// 123(3), 2007, 227-233), found in ever smaller squares, the most promising first.
+/// @return 0: the curve is not closed
+double inscribed_radius(const SurfaceSection& section);
 
 /// The shortest and the longest chord through the centroid of what a section encloses [mm].
 struct SectionWidths {

@@ -25,9 +25,10 @@ constexpr double kLeastAreaShare = 0.5;
 /// The narrowest place of a dip, of those that are narrowed by a percentage where any is: a vessel
 /// that tapers may be narrower, but less narrowed, behind its tightest place.
 std::size_t narrowest_of(const Known& known, const Dip& dip, double least_percent) {
+  const bool is_any = known.percent(dip.tightest) >= least_percent;
   std::size_t narrowest = dip.tightest;
   for (std::size_t k = dip.first; k <= dip.last; ++k)
-    if (known.is_measured(k) && known.percent(k) >= least_percent &&
+    if (known.is_measured(k) && (!is_any || known.percent(k) >= least_percent) &&
         known.reference.measured[k] < known.reference.measured[narrowest])
       narrowest = k;
   return narrowest;

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <iterator>
 #include <set>
 
+#include "core/parallel.hpp"
 #include "core/statistics.hpp"
 #include "core/surface_section.hpp"
 #include "core/units.hpp"
@@ -35,6 +36,17 @@ std::vector<int> points_near(const std::vector<Vec3>& points, const CenterlinePa
                     [&](const Vec3& p) { return norm_squared(p - points[v]) <= most * most; }))
       near.push_back(int(v));
   return near;
+}
+
+std::vector<Triangle> triangles_among(const std::vector<Triangle>& triangles,
+                                      const std::vector<int>& vertices) {
+  const std::set<int> among(vertices.begin(), vertices.end());
+  std::vector<Triangle> found;
+  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(found),
+               [&](const Triangle& t) {
+                 return std::all_of(t.begin(), t.end(), [&](int v) { return among.contains(v); });
+               });
+  return found;
 }
 
 /// Whether no point is farther from where it was than this [mm].
@@ -88,25 +100,34 @@ TreatedLumen::TreatedLumen(TriangleMesh lumen, std::vector<int> region, Centerli
     : lumen_(std::move(lumen)), region_(std::move(region)), path_(std::move(path)), spans_(spans) {
   if (is_kept) halved_ = meshing::edges_to_halve(lumen_, least_radius_mm);
   near_ = points_near(points(lumen_.vertices), path_, spans_);
+  near_triangles_ = triangles_among(lumen_.triangles, near_);
   find_shares();
   find_mistaken();
 }
 
 void TreatedLumen::find_mistaken() {
   constexpr double kMostOff = 0.5;     // of the segment's median radius
-  constexpr double kMostOfMesh = 1.7;  // of the area that the mesh itself has there
+  constexpr double kMostOfTube = 1.1;  // of the area: a wider plane runs along a side branch
+  constexpr double kMostCut = 0.25;    // of the sections: with more, the tube tells of none
   const centerline::LumenProfile seen = centerline::measure_lumen(
       points(lumen_.vertices), path_, spans_.segment_first, spans_.segment_last);
   if (seen.abscissa.empty()) return;
   std::vector<double> radii;
   for (const double s : seen.abscissa) radii.push_back(sample(path_, s).equivalent_radius);
   const double most = kMostOff * median(radii);
+  std::set<double> branches;  // that planes run along
   for (std::size_t i = 0; i < seen.abscissa.size(); ++i) {
-    if (std::sqrt(seen.section_area[i] / units::kPi) > radii[i] + most)
-      mistaken_.insert(seen.abscissa[i]);
-    else if (seen.section_area[i] > kMostOfMesh * area_at(path_, lumen_.vertices, seen.abscissa[i]))
-      crowded_.insert(seen.abscissa[i]);
+    const double s = seen.abscissa[i];
+    const auto cut = cut_at(path_, lumen_.vertices, s);
+    if (cut && cut->area > kMostOfTube * seen.section_area[i]) branches.insert(s);
+    const bool is_cut = cut && !branches.contains(s) && !tells(seen, i, *cut);
+    if (is_cut) cut_.insert(s);
+    const double area = is_cut ? cut->area : seen.section_area[i];
+    if (std::sqrt(area / units::kPi) > radii[i] + most) mistaken_.insert(s);
   }
+  if (double(cut_.size()) > kMostCut * double(seen.abscissa.size()))
+    for (const double s : seen.abscissa)
+      if (!branches.contains(s)) cut_.insert(s);
   // What is left has to tell of the lesion; a single place may be told of by what is beside it.
   const auto is_left_between = [&](double first, double last) {
     return std::any_of(seen.abscissa.begin(), seen.abscissa.end(),
@@ -119,25 +140,43 @@ void TreatedLumen::find_mistaken() {
   if (spans_.lesion_first == spans_.lesion_last) measure_single_place_in(seen);
 }
 
-double TreatedLumen::area_at(const CenterlinePath& path, const std::vector<Vec3>& lumen,
-                             double abscissa) const {
+std::optional<TreatedLumen::Cut> TreatedLumen::cut_at(const CenterlinePath& path,
+                                                      const std::vector<Vec3>& lumen,
+                                                      double abscissa) const {
   const CenterlineSample at = sample(path, abscissa);
-  const auto section = nearest_section(lumen_.triangles, lumen, at.point, at.tangent);
-  const bool is_of_path =
-      section && distance(section->middle, at.point) < std::sqrt(section->area / units::kPi);
-  return is_of_path ? section->area : std::numeric_limits<double>::max();
+  const auto section = nearest_section(near_triangles_, lumen, at.point, at.tangent);
+  if (!section || !section->is_closed ||
+      distance(section->middle, at.point) > std::sqrt(section->area / units::kPi))
+    return std::nullopt;
+  // The plane crosses two edges for every edge around.
+  const double corners = std::max(0.5 * double(section->pieces.size()), 4.0);
+  return Cut{section->area, inscribed_radius(*section), 1.0 / std::cos(units::kPi / corners)};
 }
 
-centerline::LumenProfile TreatedLumen::bounded(centerline::LumenProfile profile,
-                                               const CenterlinePath& path,
-                                               const std::vector<Vec3>& lumen) const {
-  if (crowded_.empty()) return profile;
-  for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
-    if (!crowded_.contains(profile.abscissa[i])) continue;
-    const double area = area_at(path, lumen, profile.abscissa[i]);
-    profile.section_area[i] = std::min(profile.section_area[i], area);
-    profile.inscribed_radius[i] =
-        std::min(profile.inscribed_radius[i], std::sqrt(area / units::kPi));
+bool TreatedLumen::tells(const centerline::LumenProfile& seen, std::size_t i, const Cut& cut) {
+  constexpr double kMostOffWidth = 0.05, kMostOffCircle = 0.10;
+  const double width = std::sqrt(seen.section_area[i] / cut.area),
+               circle = seen.inscribed_radius[i] / cut.inscribed_radius;
+  return width < (1.0 + kMostOffWidth) * cut.chord_share &&
+         circle < (1.0 + kMostOffCircle) * cut.chord_share && circle > 1.0 - kMostOffCircle;
+}
+
+centerline::LumenProfile TreatedLumen::with_cuts(const centerline::LumenProfile& seen,
+                                                 const CenterlinePath& path,
+                                                 const std::vector<Vec3>& lumen) const {
+  std::vector<std::optional<Cut>> cuts(seen.abscissa.size());
+  parallel_for_uneven(std::ptrdiff_t(cuts.size()), [&](std::ptrdiff_t i) {
+    const double s = seen.abscissa[std::size_t(i)];
+    if (cut_.contains(s)) cuts[std::size_t(i)] = cut_at(path, lumen, s);
+  });
+  centerline::LumenProfile profile;
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    const bool is_cut = cut_.contains(seen.abscissa[i]);
+    if (is_cut && !cuts[i]) continue;
+    profile.abscissa.push_back(seen.abscissa[i]);
+    profile.section_area.push_back(is_cut ? cuts[i]->area : seen.section_area[i]);
+    profile.inscribed_radius.push_back(is_cut ? cuts[i]->inscribed_radius
+                                              : seen.inscribed_radius[i]);
   }
   return profile;
 }
@@ -146,7 +185,7 @@ void TreatedLumen::measure_single_place_in(const centerline::LumenProfile& seen)
   const auto away = [&](double s) { return std::abs(s - spans_.lesion_first); };
   std::optional<double> nearest;
   const centerline::LumenProfile left =
-      centerline::without_disproved(bounded(without_mistaken(seen), path_, lumen_.vertices));
+      centerline::without_disproved(with_cuts(without_mistaken(seen), path_, lumen_.vertices));
   for (const double s : left.abscissa)
     if (!nearest || away(s) < away(*nearest)) nearest = s;
   if (nearest) spans_.lesion_first = spans_.lesion_last = *nearest;
@@ -209,7 +248,7 @@ centerline::LumenProfile TreatedLumen::profile_of(const std::vector<Vec3>& wall,
   const CenterlinePath path = moved_path(lumen);
   const Profiles profiles = measure(points(lumen), balloon, path);
   centerline::LumenProfile seen =
-      centerline::without_disproved(bounded(without_mistaken(profiles.wall), path, lumen));
+      centerline::without_disproved(with_cuts(without_mistaken(profiles.wall), path, lumen));
   if (balloon.empty()) return seen;
   return widened(std::move(seen), profiles.balloon);
 }

@@ -80,17 +80,27 @@ class TreatedLumen {
   [[nodiscard]] std::vector<Vec3> moved(const std::vector<Vec3>& wall) const;
   void find_shares();
   /// Sections of the mesh as it was made that are far wider than the image's: that took another
-  /// vessel or an organ for their wall. And those that are far wider than what a plane cuts out of
-  /// the mesh: that hold some of a neighbour's wall.
+  /// vessel or an organ for their wall. And those that the tube fitted to the wall's points does
+  /// not tell: where a vessel widens within an edge or two, is no tube, or has a neighbour's wall
+  /// beside it.
   void find_mistaken();
-  /// What the plane across a path cuts out of the lumen [mm^2]; huge where that is not round the
-  /// path.
-  [[nodiscard]] double area_at(const CenterlinePath& path, const std::vector<Vec3>& lumen,
-                               double abscissa) const;
-  /// No section beside a neighbour is wider than what the plane cuts out.
-  [[nodiscard]] centerline::LumenProfile bounded(centerline::LumenProfile profile,
-                                                 const CenterlinePath& path,
-                                                 const std::vector<Vec3>& lumen) const;
+  /// What the plane across a path cuts out of the lumen, triangle by triangle.
+  struct Cut {
+    double area = 0.0;              ///< [mm^2]
+    double inscribed_radius = 0.0;  ///< [mm]
+    double chord_share = 1.0;       ///< radius of a regular polygon of its corners over its apothem
+  };
+  /// Nothing where it is not round the path.
+  [[nodiscard]] std::optional<Cut> cut_at(const CenterlinePath& path,
+                                          const std::vector<Vec3>& lumen, double abscissa) const;
+  /// Whether the tube's section is that of the mesh, but for chords and noise.
+  [[nodiscard]] static bool tells(const centerline::LumenProfile& seen, std::size_t i,
+                                  const Cut& cut);
+  /// A profile with what planes cut out of the lumen in place of the tube's, where that was found
+  /// not to hold; without places that a plane does not cut now.
+  [[nodiscard]] centerline::LumenProfile with_cuts(const centerline::LumenProfile& seen,
+                                                   const CenterlinePath& path,
+                                                   const std::vector<Vec3>& lumen) const;
   /// A lesion that is a single place is measured in one section at all moments: the nearest of
   /// those before.
   void measure_single_place_in(const centerline::LumenProfile& seen);
@@ -123,8 +133,9 @@ class TreatedLumen {
   std::vector<std::array<int, 2>> halved_;  ///< edges whose middles count, too
   std::vector<std::vector<Share>> shares_;  ///< shape [point of the path]
   std::vector<int> near_;                   ///< of vertices and middles: those round the segment
+  std::vector<Triangle> near_triangles_;    ///< between vertices of `near_`
   std::set<double> mistaken_;               ///< abscissas [mm] of sections that count at no moment
-  std::set<double> crowded_;                ///< of those that may hold a neighbour's wall
+  std::set<double> cut_;                    ///< of those that planes measure, not the tube
 };
 
 class TreatedLumen::LesionFollower {

@@ -151,10 +151,13 @@ ANGIO_HOST_DEVICE inline void add_contact(const StepView<Real>& s, int v, const 
        r += lanes.size()) {
     const NearPair<Real>& pair = s.contact.near.pairs[s.contact.near.refs[r].pair];
     const int corner = s.contact.near.refs[r].corner;
-    if (!(pair.weight + pair.film > Real(0)) || pair.weights.w[corner] == Real(0)) continue;
+    const bool may_turn = pair.gap < Real(2.0 * kDeepShare) * pair.distance;
+    if (!(pair.weight + pair.film > Real(0)) || (pair.weights.w[corner] == Real(0) && !may_turn))
+      continue;
     const PairForces<Real> forces = pair_forces(s, pair);
     const Vec3T<Real> n = forces.direction;
     const Real w = forces.weights.w[corner];
+    if (w == Real(0)) continue;
     if (pair.film > Real(0)) add_film(s, pair, w, n, forces.gap, out);
     if (!forces.touching) continue;
     const Real share = forces.normal * abs_of(w);

@@ -153,12 +153,12 @@ ANGIO_HOST_DEVICE inline double contact_jump(Team& team, const StepView<Real>& s
   refresh(team, s);
   double total[1] = {0.0};
   if (has_pairs<Team>(s))
-    team.template quick_sum<1, 1>(
+    team.template quick_sum<Team::kBalloonLanes, 1>(
         last_of_balloon(s),
         [&](int v, const auto& lanes, auto* part) {
           VertexForces<Real> f;
           add_contact(s, v, lanes, f);
-          const Real jump = f.contact - s.balloon.moves[v].contact;
+          const Real jump = lanes.sum(f.contact) - s.balloon.moves[v].contact;
           part[0] += jump * jump;
         },
         total);
@@ -212,10 +212,14 @@ ANGIO_HOST_DEVICE inline bool run_sweeps(Team& team, const StepView<Real>& s,
                       report.lag < (is_late ? kLaterLag : 1.0) * rules.tolerance &&
                       report.residual < (is_late ? kLaterResidual : rules.residual);
     const bool rests = report.residual < rules.rest && withheld < rules.tolerance * rules.radius;
-    if (report.sweeps >= kLeastSweeps && (near || near_slack || rests) &&
-        contact_jump(team, s) <= kLaterResidual * std::sqrt(sums.load + status.load_floor)) {
-      is_refreshed = true;
-      break;
+    const bool would_end = report.sweeps >= kLeastSweeps && (near || near_slack || rests),
+               has_spent = report.sweeps >= rules.most_sweeps && rules.last_sweeps > 0;
+    if (would_end || has_spent) {
+      const double jump =
+          contact_jump(team, s) / std::sqrt(sums.load - sums.wall_load + status.load_floor);
+      if (has_spent && jump > report.residual) report.residual = jump;
+      is_refreshed = (would_end && jump <= kLaterResidual) || !goes_on();
+      if (is_refreshed) break;
     }
     if (leaps) leap(team, s, status);
   }

@@ -44,6 +44,30 @@ TEST(SurfaceSection, OfAnEllipticTubeIsTheEllipse) {
   }
 }
 
+TEST(SurfaceSection, TheLargestCircleIsFoundHoweverTheSectionLies) {
+  for (const double half_height : {2.0, 1.2, 0.5})
+    for (const double turn : {0.0, 0.3, 0.3927, 1.1}) {
+      TriangleMesh tube = elliptic_tube(2.0, half_height, {});
+      for (Vec3& p : tube.vertices)
+        p = {p.x * std::cos(turn) - p.y * std::sin(turn),
+             p.x * std::sin(turn) + p.y * std::cos(turn), p.z};
+      const auto section = nearest_section(tube.triangles, tube.vertices, {}, {0, 0, 1});
+      ASSERT_TRUE(section && section->is_closed);
+      EXPECT_NEAR(inscribed_radius(*section), half_height, 4e-3 * 2.0);
+    }
+}
+
+TEST(SurfaceSection, OfAnOpenCurveThereIsNoLargestCircle) {
+  TriangleMesh half = elliptic_tube(1.0, 1.0, {});
+  std::erase_if(half.triangles,
+                [&](const Triangle& t) { return half.vertices[std::size_t(t[0])].y < -0.1; });
+  const auto section = nearest_section(half.triangles, half.vertices, {}, {0, 0, 1});
+  ASSERT_TRUE(section);
+  EXPECT_FALSE(section->is_closed);
+  EXPECT_EQ(inscribed_radius(*section), 0.0);
+  EXPECT_EQ(inscribed_radius({}), 0.0);
+}
+
 TEST(SurfaceSection, ATiltedPlaneCutsACircleIntoAnEllipse) {
   const TriangleMesh tube = elliptic_tube(1.0, 1.0, {});
   const double tilt = 0.7;

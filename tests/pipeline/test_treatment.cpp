@@ -319,7 +319,7 @@ TEST(TreatedLumen, WhatTheImageDoesNotShowSoWideIsNoSectionOfIt) {
 }
 
 TEST(TreatedLumen, AWallBesideItIsNoSectionOfIt) {
-  // Another surface all round the second throat, which is 1.4 mm wide.
+  // Another surface all round the second throat, which is 1.4 mm wide, a little aside.
   TriangleMesh lumen = tube(97, 24, narrowed);
   const TriangleMesh other = tube(97, 24, [](double) { return 1.9; });
   const int own = int(lumen.vertices.size());
@@ -331,6 +331,8 @@ TEST(TreatedLumen, AWallBesideItIsNoSectionOfIt) {
   for (std::size_t v = std::size_t(own); v < lumen.vertices.size(); ++v)
     if (const double z = lumen.vertices[v].z; z < 14.0 || z > 20.0)
       lumen.vertices[v] = {90.0, 0.0, z};  // that no triangle has
+    else
+      lumen.vertices[v].x += 0.2;
   std::vector<int> region;
   std::vector<Vec3> wall;
   for (int v = 0; v < own; ++v) {
@@ -342,8 +344,20 @@ TEST(TreatedLumen, AWallBesideItIsNoSectionOfIt) {
   ASSERT_GT(profile.abscissa.size(), 10U);
   for (std::size_t i = 0; i < profile.abscissa.size(); ++i) {
     const double radius = narrowed(profile.abscissa[i]);
-    EXPECT_LT(profile.section_area[i], 1.8 * units::kPi * radius * radius) << profile.abscissa[i];
+    // The plane cuts chords: 24 around are 1.1 % less wide.
+    EXPECT_NEAR(std::sqrt(profile.section_area[i] / units::kPi), radius, 0.06 * radius)
+        << profile.abscissa[i];
+    EXPECT_NEAR(profile.inscribed_radius[i], radius, 0.1 * radius) << profile.abscissa[i];
   }
+  // A moment later, when the wall is a tenth wider, it is so in the same sections.
+  for (Vec3& p : wall) p = {1.1 * p.x, 1.1 * p.y, p.z};
+  const TreatedMeasures before = treated.measures(profile),
+                        after = treated.measures(treated.profile(wall));
+  EXPECT_NEAR(after.lesion.mld_mm, 1.1 * before.lesion.mld_mm, 0.01 * before.lesion.mld_mm);
+  EXPECT_NEAR(after.lesion.mla_mm2, 1.21 * before.lesion.mla_mm2, 0.02 * before.lesion.mla_mm2);
+  EXPECT_EQ(after.lesion.mla_abscissa_mm, before.lesion.mla_abscissa_mm);
+  const centerline::Tightest followed = treated.lesion(wall);
+  EXPECT_NEAR(followed.mld_mm, after.lesion.mld_mm, 1e-9);
 }
 
 TEST(TreatedLumen, OfASinglePlaceOneSectionCountsAtAllMoments) {
