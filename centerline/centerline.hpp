@@ -112,7 +112,7 @@ struct LesionOptions {
   /// one of min_stenosis_percent is not listed.
   std::function<double(const Vec3& place, double reach)> edge_mm = nullptr;
   /// The scan's value at a place, LPS [mm]; unset: there is no scan, or one of labels. What lies on
-  /// both sides of a stenosis is the same blood.
+  /// both sides of a stenosis is the same blood (detail/blood.hpp).
   std::function<double(const Vec3& place)> intensity = nullptr;
 
   void validate() const;

@@ -49,16 +49,17 @@ bool is_uneven(const std::optional<Brightness>& side) {
 
 bool is_other_blood(const CenterlinePath& path, const Lesion& lesion,
                     const std::function<double(const Vec3&)>& intensity, double voxel_mm) {
-  constexpr double kReach = 3.0, kMostStep = 0.2;
+  constexpr double kReach = 3.0, kMostRise = 0.2, kMostFall = 0.5;
   const double reach = kReach * lesion.reference_diameter_mm;
   const auto before =
       brightness_between(path, lesion.proximal_mm - reach, lesion.proximal_mm, intensity, voxel_mm);
   const auto behind =
       brightness_between(path, lesion.distal_mm, lesion.distal_mm + reach, intensity, voxel_mm);
   if (is_uneven(before) || is_uneven(behind)) return true;
-  return before && behind &&
-         std::abs(behind->middle - before->middle) >
-             kMostStep * 0.5 * (before->contrast + behind->contrast);
+  if (!before || !behind) return false;
+  const double rise = behind->middle - before->middle,
+               contrast = 0.5 * (before->contrast + behind->contrast);
+  return rise > kMostRise * contrast || -rise > kMostFall * contrast;
 }
 
 }  // namespace angio::centerline

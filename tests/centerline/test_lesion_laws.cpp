@@ -213,8 +213,9 @@ TEST(Doubt, OfANarrowingBetweenLumensThatAreNotTheSameBlood) {
   };
   EXPECT_EQ(doubt_where([](double) { return 450.0; }), Doubt::none);
   EXPECT_EQ(doubt_where([](double) { return 410.0; }), Doubt::none);
+  EXPECT_EQ(doubt_where([](double) { return 320.0; }), Doubt::none);  // a severe one's late blood
   EXPECT_EQ(doubt_where([](double) { return 580.0; }), Doubt::other_blood);
-  EXPECT_EQ(doubt_where([](double) { return 250.0; }), Doubt::other_blood);
+  EXPECT_EQ(doubt_where([](double) { return 200.0; }), Doubt::other_blood);
   EXPECT_EQ(doubt_where([](double z) { return std::sin(2.0 * z) > 0.0 ? 540.0 : 360.0; }),
             Doubt::other_blood);  // as bright, but not even
 }
