@@ -144,7 +144,8 @@ struct Lesion {
   double proximal_mm = 0.0;  ///< abscissas of the lesion's edges: where the stenosis is 20 %;
   double distal_mm = 0.0;    ///< both abscissa_mm when it is less everywhere
   double mld_mm = 0.0;       ///< 2 x the least inscribed radius, freed of single points' errors,
-                             ///< of places that are narrowed by min_stenosis_percent, if any is
+                             ///< of places that are narrowed by min_stenosis_percent, by half, if
+                             ///< any is
   double mla_mm2 = 0.0;      ///< least section area, perhaps beside the MLD
   double reference_diameter_mm = 0.0;  ///< by reference_rule: the same number
   std::string reference_rule;          ///< "tree", "vessel" or "ends"

@@ -41,6 +41,7 @@ constexpr double kLeastEvidenceAtEnd = 1.0;
 constexpr double kLeastEvidenceInEnd = 5.0;
 constexpr double kMostEvidence = 2.0;  ///< that is asked for where many branches are looked at
 constexpr double kLeastOddsOfErrors = 5.0;
+constexpr double kHalf = 50.0;  ///< [%]
 
 /// The same for a place that lies open to both sides: as many branches, as many chances. Before a
 /// dip in which the tree begins, as behind one in which a line ends, nothing tells its width.
@@ -163,10 +164,16 @@ bool is_candidate(const Known& known, const Dip& dip, const LesionOptions& optio
          known.reference.diameter[dip.tightest] >= options.min_reference_mm && !is_tip(known, dip);
 }
 
+/// Of what is told for a stenosis: where half of the width is missing, the place told of is one of
+/// those where it is.
+double least_percent_of(const Known& known, const Dip& dip, const LesionOptions& options) {
+  return known.percent(dip.tightest) >= kHalf ? std::max(kHalf, options.min_stenosis_percent)
+                                              : options.min_stenosis_percent;
+}
+
 /// Whether a dip that little speaks for is told of: half of the width or more is missing, and the
 /// vessel is seen before and behind it.
 bool is_told_anyway(const Known& known, const Vessel& vessel, const Dip& dip) {
-  constexpr double kHalf = 50.0;
   return known.percent(dip.tightest) >= kHalf && !ends_tightest(known, dip) &&
          known.is_measured_within(dip.last + 1, vessel.last + 1);
 }
@@ -222,7 +229,7 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
       continue;
     const Vessel shown = options.centerline >= 0 ? vessel : on_longest_path(reference, vessel, dip);
     Lesion lesion = describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]},
-                                 shown, dip, options.min_stenosis_percent);
+                                 shown, dip, least_percent_of(known, dip, options));
     if (is_bridge(known.path, lesion)) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);

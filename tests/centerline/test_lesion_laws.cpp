@@ -93,36 +93,44 @@ TEST(LesionLaws, SeverityIsReadAsItIs) {
 
 double tapered(double s) { return 4.0 * (1.0 - 0.006 * s); }
 
-/// A lesion of two throats in a vessel that tapers, 20 mm apart: of 50 % and 1.64 mm, of 45 % and
-/// 1.54 mm.
-CenterlineTree two_throats_in_a_taper() {
+/// A lesion of two throats in a vessel that tapers, 20 mm apart: narrowed by a depth and by 0.05
+/// less; of 0.5, 1.64 mm and 1.54 mm are left.
+CenterlineTree two_throats_in_a_taper(double depth) {
   return tree_of({line_of(
-      [](double s) {
-        return tapered(s) * std::min({narrowed(s, 30.0, 6.0, 0.5), narrowed(s, 50.0, 6.0, 0.45),
-                                      s > 30.0 && s < 50.0 ? 0.75 : 1.0});
+      [depth](double s) {
+        return tapered(s) *
+               std::min({narrowed(s, 30.0, 6.0, depth), narrowed(s, 50.0, 6.0, depth - 0.05),
+                         s > 30.0 && s < 50.0 ? 0.7 : 1.0});
       },
       80.0)});
 }
 
 TEST(LesionLaws, PlaceReferenceAndPercentAreThoseOfTheMld) {
-  const auto lesions = find_lesions(two_throats_in_a_taper(), {});
+  const auto lesions = find_lesions(two_throats_in_a_taper(0.45), {});
   ASSERT_EQ(lesions.size(), 1U);
   const Lesion& lesion = lesions[0];
   EXPECT_NEAR(lesion.abscissa_mm, 50.0, 0.5);
-  EXPECT_NEAR(lesion.mld_mm, 1.54, 0.03);
-  EXPECT_NEAR(lesion.reference_diameter_mm, tapered(50.0), 0.2);  // at the first, over 0.5
+  EXPECT_NEAR(lesion.mld_mm, 0.6 * tapered(50.0), 0.03);
+  EXPECT_NEAR(lesion.reference_diameter_mm, tapered(50.0), 0.2);  // at the first, 0.48 more
   EXPECT_NEAR(lesion.reference_interpolated_mm, tapered(50.0), 0.05);
-  EXPECT_NEAR(lesion.diameter_stenosis_percent, 45.0, 4.0);
+  EXPECT_NEAR(lesion.diameter_stenosis_percent, 40.0, 4.0);
+}
+
+TEST(LesionLaws, WhereHalfIsMissingThePlaceIsOneWhereItIs) {
+  const auto lesions = find_lesions(two_throats_in_a_taper(0.53), {});
+  ASSERT_EQ(lesions.size(), 1U);
+  EXPECT_NEAR(lesions[0].abscissa_mm, 30.0, 0.5);
+  EXPECT_GT(lesions[0].diameter_stenosis_percent, 50.0);
 }
 
 TEST(LesionLaws, WhatIsListedForAThroatIsOneWhereItIsSaidToBe) {
-  const auto lesions = find_lesions(two_throats_in_a_taper(), {.min_stenosis_percent = 47.5});
+  const auto lesions = find_lesions(two_throats_in_a_taper(0.45), {.min_stenosis_percent = 42.5});
   ASSERT_EQ(lesions.size(), 1U);
   const Lesion& lesion = lesions[0];
   EXPECT_TRUE(lesion.is_stenosis);
   EXPECT_NEAR(lesion.abscissa_mm, 30.0, 0.5);
-  EXPECT_NEAR(lesion.mld_mm, 1.64, 0.03);
-  EXPECT_NEAR(lesion.diameter_stenosis_percent, 50.0, 4.0);
+  EXPECT_NEAR(lesion.mld_mm, 0.55 * tapered(30.0), 0.03);
+  EXPECT_NEAR(lesion.diameter_stenosis_percent, 45.0, 5.0);
 }
 
 TEST(LesionLaws, AVesselIsNoReferenceForItsOwnNarrowing) {
