@@ -81,8 +81,7 @@ class TreatedLumen {
   void find_shares();
   /// Sections of the mesh as it was made that are far wider than the image's: that took another
   /// vessel or an organ for their wall. And those that the tube fitted to the wall's points does
-  /// not tell: where a vessel widens within an edge or two, is no tube, or has a neighbour's wall
-  /// beside it.
+  /// not tell: as where a neighbour's wall or a side branch stands beside it.
   void find_mistaken();
   /// What the plane across a path cuts out of the lumen, triangle by triangle.
   struct Cut {
