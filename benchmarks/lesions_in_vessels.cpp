@@ -1,16 +1,17 @@
 // Stenoses put into real vessels, and whether they are found there.
 //
-//     lesions_in_vessels make SEED COUNT FOLDER CASE...    COUNT surfaces a case, and lesions.csv
-//     angio run FOLDER/NAME.vtp -o FOLDER/cases/NAME --until centerline        for each of them
-//     lesions_in_vessels table FOLDER [each] [--markdown FILE]
+//     lesions_in_vessels make|make-beside SEED COUNT FOLDER CASE...    COUNT surfaces a case, and
+//     lesions.csv angio run FOLDER/NAME.vtp -o FOLDER/cases/NAME --until centerline        for each
+//     of them lesions_in_vessels table FOLDER [each] [--markdown FILE]
 //
 // CASE is a folder of `angio run SURFACE --until centerline`. Of its lumen the sections around
 // random places of its lines are drawn together, up to three on a surface, so the truth is known in
-// a shape that no one made: a diameter stenosis of 40 to 90 % that leaves 0.5 mm or more, 2 to 5
-// diameters long from shoulder to shoulder, from all sides or from one. A place is fit if the
-// vessel is 1.5 mm or more wide there, even over two diameters to both sides, a diameter from a
-// branching and three from an end, and no narrowing was listed near it. Nothing of the program is
-// set for it.
+// a shape that no one made: a diameter stenosis of 40 to 90 % that leaves 0.5 mm or more, from all
+// sides or from one. A place is fit if the vessel is 1.5 mm or more wide there, three diameters
+// from an end, and no narrowing was listed near it. `make` puts them where the vessel is even over
+// two diameters to both sides, a diameter from a branching, 2 to 5 diameters long from shoulder to
+// shoulder; `make-beside` nearer to a branching, and 0.75 to 2 diameters long, as coarctations and
+// ostial stenoses are. Nothing of the program is set for them.
 //
 // Listed: a listed stenosis holds the place. Only told: the program says that a narrowing is there,
 // and why it is not listed. False: a listed one that holds none, and was not listed before.
@@ -94,7 +95,7 @@ std::string name_of(const fs::path& folder) {
                                : folder.parent_path().filename().string();
 }
 
-void make(std::uint64_t seed, int count, const fs::path& folder,
+void make(Site site, std::uint64_t seed, int count, const fs::path& folder,
           const std::vector<fs::path>& cases) {
   fs::create_directories(folder);
   std::string list = "surface,case,x_mm,y_mm,z_mm,diameter_mm,percent,length_mm,eccentricity\n";
@@ -110,7 +111,7 @@ void make(std::uint64_t seed, int count, const fs::path& folder,
       TriangleMesh surface = lumen;
       const std::string name = formatted("%zu-%s-%d", number, name_of(given).c_str(), n);
       const std::vector<Narrowing> put =
-          narrow_vessels(surface, lines, taken, std::mt19937_64(numbers));
+          narrow_vessels(surface, lines, taken, site, std::mt19937_64(numbers));
       if (put.empty()) continue;
       formats::write_surface(folder / (name + ".vtp"), {surface, {}, {}});
       for (const Narrowing& one : put)
@@ -165,6 +166,7 @@ Reason reason_for(const CenterlineTree& lines, const TriangleMesh& surface,
                                      "at a beginning",
                                      "at an end",
                                      "one of a string of beads",
+                                     "a bridge",
                                      "diffuse disease",
                                      "beyond an aneurysm",
                                      "not the same blood"};
@@ -302,14 +304,16 @@ void table(const fs::path& folder, bool each, ResultTable& results) {
 int run(int argc, char** argv) {
   ResultTable results("Stenoses put into real vessels", argc, argv);
   const std::vector<std::string> words(argv + 1, argv + argc);
-  if (words.size() >= 5 && words[0] == "make") {
-    make(std::strtoull(words[1].c_str(), nullptr, 10), std::atoi(words[2].c_str()), words[3],
+  if (words.size() >= 5 && (words[0] == "make" || words[0] == "make-beside")) {
+    make(words[0] == "make" ? Site::even : Site::beside,
+         std::strtoull(words[1].c_str(), nullptr, 10), std::atoi(words[2].c_str()), words[3],
          {words.begin() + 4, words.end()});
     return 0;
   }
   const bool each = words.size() == 3 && words[2] == "each";
   if (words.empty() || words[0] != "table" || (words.size() != 2 && !each)) {
-    std::cerr << "usage: lesions_in_vessels make SEED COUNT FOLDER CASE... | table FOLDER [each] "
+    std::cerr << "usage: lesions_in_vessels make|make-beside SEED COUNT FOLDER CASE... | table "
+                 "FOLDER [each] "
                  "[--markdown FILE]\n";
     return int(ExitCode::usage);
   }

@@ -27,24 +27,45 @@ bool is_blanked(const CenterlinePath& path, std::size_t point) {
   });
 }
 
-bool is_fit(const CenterlinePath& path, std::size_t point, const std::vector<Vec3>& taken) {
-  constexpr double kLeast = 1.5, kUneven = 1.25;            // mm; ratio
-  constexpr double kEven = 2.0, kBranch = 1.0, kEnd = 3.0;  // diameters
+/// Whether the vessel is about as wide within a reach [diameters] of a point, all around or where
+/// it is not a branching.
+bool is_even(const CenterlinePath& path, std::size_t point, double reach, bool but_branchings) {
+  constexpr double kUneven = 1.25;
   const std::vector<double>&s = path.abscissa, &radius = measured_radius(path);
-  const double diameter = 2.0 * radius[point];
-  if (diameter < kLeast || std::min(s[point], s.back() - s[point]) < kEnd * diameter) return false;
-  if (nearest(taken, path.points[point]) < kEnd * diameter) return false;
   for (std::size_t i = 0; i < s.size(); ++i) {
-    const double away = std::abs(s[i] - s[point]);
+    if (std::abs(s[i] - s[point]) >= 2.0 * reach * radius[point]) continue;
     const double ratio = radius[i] / radius[point];
-    if (away < kBranch * diameter && is_blanked(path, i)) return false;
-    if (away < kEven * diameter && (ratio > kUneven || ratio < 1.0 / kUneven)) return false;
+    if ((ratio > kUneven || ratio < 1.0 / kUneven) && !(but_branchings && is_blanked(path, i)))
+      return false;
   }
   return true;
 }
 
+/// Distance from a point to the nearest branching [diameters].
+double from_branching(const CenterlinePath& path, std::size_t point) {
+  double least = std::numeric_limits<double>::max();
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    if (is_blanked(path, i))
+      least = std::min(least, std::abs(path.abscissa[i] - path.abscissa[point]));
+  return 0.5 * least / measured_radius(path)[point];
+}
+
+bool is_fit(const CenterlinePath& path, std::size_t point, Site site,
+            const std::vector<Vec3>& taken) {
+  constexpr double kLeast = 1.5;                                             // mm
+  constexpr double kEven = 2.0, kBranch = 1.0, kEnd = 3.0, kBeside = 0.125;  // diameters
+  const std::vector<double>&s = path.abscissa, &radius = measured_radius(path);
+  const double diameter = 2.0 * radius[point];
+  if (diameter < kLeast || std::min(s[point], s.back() - s[point]) < kEnd * diameter) return false;
+  if (nearest(taken, path.points[point]) < kEnd * diameter) return false;
+  const double away = from_branching(path, point);
+  if (site == Site::even) return away >= kBranch && is_even(path, point, kEven, false);
+  return kBeside <= away && away < kBranch && is_even(path, point, kBranch, true);
+}
+
 /// Each fit place once, though several lines run through it.
-std::vector<Place> fit_places(const CenterlineTree& lines, const std::vector<Vec3>& taken) {
+std::vector<Place> fit_places(const CenterlineTree& lines, Site site,
+                              const std::vector<Vec3>& taken) {
   std::vector<Place> places;
   std::vector<Vec3> known;
   for (std::size_t p = 0; p < lines.paths.size(); ++p) {
@@ -54,7 +75,7 @@ std::vector<Place> fit_places(const CenterlineTree& lines, const std::vector<Vec
                                         [&](const Vec3& other) { return other == path.points[i]; });
       if (is_known) continue;
       known.push_back(path.points[i]);
-      if (!is_fit(path, i, taken)) continue;
+      if (!is_fit(path, i, site, taken)) continue;
       const double step = path.abscissa[i] - path.abscissa[i - 1];
       places.push_back({p, i, 0.5 * step / measured_radius(path)[i]});
     }
@@ -128,12 +149,13 @@ struct Random {
 }  // namespace
 
 std::vector<Narrowing> narrow_vessels(TriangleMesh& surface, const CenterlineTree& lines,
-                                      const std::vector<Vec3>& taken, std::mt19937_64 random) {
+                                      const std::vector<Vec3>& taken, Site site,
+                                      std::mt19937_64 random) {
   Random draw{random};
   constexpr int kMost = 3, kTries = 30;
   constexpr double kApart = 8.0;   // diameters
   constexpr double kThroat = 0.5;  // mm: what a balloon crosses, and a scan might show
-  const std::vector<Place> places = fit_places(lines, taken);
+  const std::vector<Place> places = fit_places(lines, site, taken);
   if (places.empty()) return {};
   const std::vector<Owner> owner = owners(surface, lines);
   double whole = 0.0;
@@ -149,7 +171,8 @@ std::vector<Narrowing> narrow_vessels(TriangleMesh& surface, const CenterlineTre
     narrowing.diameter_mm = 2.0 * measured_radius(path)[places[k].point];
     narrowing.percent =
         draw.uniform(40.0, std::min(90.0, 100.0 * (1.0 - kThroat / narrowing.diameter_mm)));
-    narrowing.length_mm = narrowing.diameter_mm * draw.uniform(2.0, 5.0);
+    narrowing.length_mm = narrowing.diameter_mm *
+                          (site == Site::even ? draw.uniform(2.0, 5.0) : draw.uniform(0.75, 2.0));
     narrowing.eccentricity = draw.uniform(0.0, 1.0);
     const double angle = draw.uniform(0.0, 2.0 * std::numbers::pi);
     const bool is_apart = std::all_of(put.begin(), put.end(), [&](const Narrowing& other) {

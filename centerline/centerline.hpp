@@ -128,6 +128,7 @@ enum class Doubt {
   at_beginning,     ///< the end of an image, or of its signal, or of a surface that ends closed
   at_end,           ///< likewise
   bead,             ///< one of many on a string: a ragged surface, or fibromuscular dysplasia
+  bridge,           ///< a few voxels or triangles that join two vessels where they touch
   diffuse,          ///< a thin vessel with wide ends
   beyond_aneurysm,  ///< of a line's end whose healthy width is known from beyond an aneurysm alone
   other_blood,  ///< not between two pieces of one vessel: what it joins is not equally bright, or
@@ -137,7 +138,8 @@ enum class Doubt {
 struct Lesion {
   bool is_stenosis = false;   ///< false: no stenosis, and this is the tightest place of the longest
                               ///< vessel (or where the user said)
-  bool is_too_thin = false;   ///< it would be one, but the data are too coarse to measure it,
+  bool is_too_small = false;  ///< it would be one, but its vessel is under min_reference_mm wide,
+  bool is_too_thin = false;   ///< or the data are too coarse to measure it,
   Doubt doubt = Doubt::none;  ///< or it may be something else
   int path_id = 0;
   double abscissa_mm = 0.0;  ///< of the MLD, or where the user said
@@ -166,7 +168,7 @@ struct Lesion {
   double evidence = 0.0;
 
   [[nodiscard]] bool is_doubtful() const { return doubt != Doubt::none; }
-  [[nodiscard]] bool is_left_out() const { return is_too_thin || is_doubtful(); }
+  [[nodiscard]] bool is_left_out() const { return is_too_small || is_too_thin || is_doubtful(); }
 };
 
 /// Every stenosis of at least min_stenosis_percent, the most severe first, each once though several
@@ -194,10 +196,12 @@ struct Lesion {
 /// whatever the odds.
 ///
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
-/// where nothing is measured, does not part them along the wider daughter. A neck is a bridge
-/// between vessels that touch and no stenosis if it is shorter than half its reference diameter; or
-/// than 1.25 of them, and the line turns round it by more than 80 degrees out of one vessel and
-/// into another; or if its area falls by less than half the percentage that its diameter does.
+/// where nothing is measured, does not part them along the wider daughter. A narrowing whose area
+/// falls by less than half the percentage that its diameter does is none. A neck may be a bridge
+/// between vessels that touch (told where half of the width is missing, never listed) if it is
+/// shorter than half its reference diameter, or than 1.25 of them where the line turns round it by
+/// more than 80 degrees out of one vessel and into another; and if within 1.25 diameters a vessel
+/// about as wide (0.6) parts from the line and passes it by.
 /// Where there is none, one entry with is_stenosis = false. Then those that are left out
 /// (is_left_out).
 std::vector<Lesion> find_lesions(const CenterlineTree& tree, const LesionOptions& options);

@@ -158,10 +158,9 @@ bool ends_tightest(const Known& known, const Dip& dip) {
   return s.back() - s[dip.tightest] < reach || s[dip.tightest] - s.front() < reach;
 }
 
-/// Whether a dip is no vessel's end and no bridge, and narrow enough, whatever speaks for it.
+/// Whether a dip is narrow enough and no vessel's end, whatever speaks for it.
 bool is_candidate(const Known& known, const Dip& dip, const LesionOptions& options) {
-  return known.percent(dip.tightest) >= options.min_stenosis_percent &&
-         known.reference.diameter[dip.tightest] >= options.min_reference_mm && !is_tip(known, dip);
+  return known.percent(dip.tightest) >= options.min_stenosis_percent && !is_tip(known, dip);
 }
 
 /// Of what is told for a stenosis: where half of the width is missing, the place told of is one of
@@ -230,13 +229,17 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     const Vessel shown = options.centerline >= 0 ? vessel : on_longest_path(reference, vessel, dip);
     Lesion lesion = describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]},
                                  shown, dip, least_percent_of(known, dip, options));
-    if (is_bridge(known.path, lesion)) continue;
+    if (is_no_neck(lesion)) continue;
+    const bool is_bridge = may_be_a_bridge(known, vessel, dip, lesion);
+    if (is_bridge && known.percent(dip.tightest) < kHalf) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
+    lesion.is_too_small = known.reference.diameter[dip.tightest] < options.min_reference_mm;
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
     if (options.centerline < 0) {
       const double least = least_evidence_at(known, dip);
       lesion.doubt =
-          !is_evident(known, vessel, dip, least, 0.0, options)     ? Doubt::faint
+          is_bridge                                                ? Doubt::bridge
+          : !is_evident(known, vessel, dip, least, 0.0, options)   ? Doubt::faint
           : !is_evident(known, vessel, dip, least, doubt, options) ? Doubt::crowded
           : options.intensity && is_other_blood(tree.paths[shown.path], lesion, options.intensity,
                                                 options.voxel_mm)
@@ -271,7 +274,8 @@ bool is_on_bridge(const Known& known, const Vessel& vessel, std::size_t i) {
   const double s = known.path.abscissa[i];
   if (known.percent(i) < kShoulderPercent)
     return turns_like_a_bridge(known.path, s, known.reference.diameter[i]);
-  return is_bridge(known.path, describe_dip(known, vessel, grow_dip(known, vessel, i)));
+  const Lesion lesion = describe_dip(known, vessel, grow_dip(known, vessel, i));
+  return is_no_neck(lesion) || looks_like_a_bridge(known.path, lesion);
 }
 
 /// Whether the largest circle fills two thirds of the section: beside a sac, or where the line

@@ -173,6 +173,26 @@ std::array<double, 2> turning(const CenterlinePath& path, double s, double diame
   return angles;
 }
 
+/// Whether a vessel passes a dip by, within a bridge's length of it.
+bool is_passed_by(const Known& known, const Vessel& vessel, const Dip& dip) {
+  constexpr double kAsWide = 0.6;
+  const std::vector<double>& s = known.path.abscissa;
+  const double place = s[dip.tightest];
+  const double reach = kBridgeFromAxisToAxis * known.reference.diameter[dip.tightest];
+  const TreeReference& tree = known.tree;
+  for (std::size_t i = vessel.first; i < vessel.last; ++i) {
+    const int before = known.reference.branch[i], behind = known.reference.branch[i + 1];
+    if (before == behind || std::abs(s[i] - place) > reach) continue;
+    const auto& cells = tree.field_branches[std::size_t(before)].cells;
+    const double passing = s[i] < place ? tree.field.best(std::size_t(before), cells.size() - 1)
+                                        : tree.field.best(std::size_t(behind), 0);
+    for (const int aside : tree.branches[std::size_t(before)].daughters)
+      if (aside != behind && tree.field.best(std::size_t(aside), 0) > passing + std::log(kAsWide))
+        return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Dip grow_dip(const Known& known, const Vessel& vessel, std::size_t at) {
@@ -229,11 +249,19 @@ bool turns_like_a_bridge(const CenterlinePath& path, double s, double diameter) 
   return before + behind > kBridgeTurning && std::min(before, behind) > kBridgeLeastTurn;
 }
 
-bool is_bridge(const CenterlinePath& path, const Lesion& lesion) {
+bool is_no_neck(const Lesion& lesion) {
+  return lesion.area_stenosis_percent < kLeastAreaShare * lesion.diameter_stenosis_percent;
+}
+
+bool looks_like_a_bridge(const CenterlinePath& path, const Lesion& lesion) {
   return lesion.length_mm < kLeastLength * lesion.reference_diameter_mm ||
-         lesion.area_stenosis_percent < kLeastAreaShare * lesion.diameter_stenosis_percent ||
          (lesion.length_mm < kBridgeFromAxisToAxis * lesion.reference_diameter_mm &&
           turns_like_a_bridge(path, lesion.abscissa_mm, lesion.reference_diameter_mm));
+}
+
+bool may_be_a_bridge(const Known& known, const Vessel& vessel, const Dip& dip,
+                     const Lesion& lesion) {
+  return looks_like_a_bridge(known.path, lesion) && is_passed_by(known, vessel, dip);
 }
 
 }  // namespace angio::centerline

@@ -49,9 +49,20 @@ Dip grow_dip(const Known& known, const Vessel& vessel, std::size_t at);
 Lesion describe_dip(const Known& known, const Vessel& vessel, const Dip& dip,
                     double least_percent = kShoulderPercent);
 
-/// Whether a line crosses a bridge here rather than a stenosis: two vessels that touch are joined
-/// by a few voxels.
-bool is_bridge(const CenterlinePath& path, const Lesion& lesion);
+/// Whether no section is narrowed, whatever its largest circle says: the line runs off the middle,
+/// or the section holds two vessels.
+bool is_no_neck(const Lesion& lesion);
+/// Whether a neck has the shape of a bridge, by which two vessels that touch are joined: it is
+/// shorter than half its reference diameter, or the line turns round it and it is no longer than a
+/// bridge may be.
+bool looks_like_a_bridge(const CenterlinePath& path, const Lesion& lesion);
+/// Whether a neck may be a bridge: it looks like one, and a vessel that it joins passes it by. Near
+/// it (1.25 diameters) the lines part, and what parts is at least 0.6 times as wide as the vessel
+/// before the parting, where that lies before the neck, or as the one that the line goes on in,
+/// where it lies behind. A coarctation is as short, and may lie in as sharp a bend, but no aorta
+/// passes it by.
+bool may_be_a_bridge(const Known& known, const Vessel& vessel, const Dip& dip,
+                     const Lesion& lesion);
 /// Whether a line turns out of one vessel and into another around s: the angles before and behind,
 /// told by chords of a diameter, are more than 80 degrees together, and each more than 25. Into a
 /// side branch a line turns once.

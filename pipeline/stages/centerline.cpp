@@ -139,6 +139,19 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
                   widest, thin == 1 ? "is" : "are", data));
 }
 
+/// Vessels that no balloon is made for are not looked at, and told of.
+void tell_of_small_vessels(StageWork& work, const std::vector<centerline::Lesion>& lesions,
+                           double least_mm) {
+  const auto small = std::count_if(lesions.begin(), lesions.end(), [](const auto& lesion) {
+    return lesion.is_too_small && !lesion.is_too_thin;
+  });
+  if (small > 0)
+    work.warnings.push_back(
+        fmt::format("{} narrowing{} in vessels under {:.1f} mm wide {} not listed: no balloon is "
+                    "made for them",
+                    small, small == 1 ? "" : "s", least_mm, small == 1 ? "is" : "are"));
+}
+
 /// What narrowings may be instead of stenoses.
 std::string what_else(centerline::Doubt doubt, bool is_surface) {
   switch (doubt) {
@@ -162,16 +175,17 @@ std::string what_else(centerline::Doubt doubt, bool is_surface) {
       return "the line ends in it, and no healthy vessel is seen behind it";
     case centerline::Doubt::beyond_aneurysm:
       return "nothing is seen beyond it on one side, and an aneurysm lies on the other: the vessel "
-             "may "
-             "be as thin there by itself";
+             "may be as thin there by itself";
     case centerline::Doubt::other_blood:
       return "the scan is not as bright, or not as even, on both sides of it as one vessel's blood "
-             "is: "
-             "the line may leave the vessel there";
+             "is: the line may leave the vessel there";
     case centerline::Doubt::bead:
       return "the width swings to and fro like beads on a string, as in a ragged " +
              std::string(is_surface ? "surface" : "segmentation") +
              " or in fibromuscular dysplasia, where a diameter stenosis is no measure";
+    case centerline::Doubt::bridge:
+      return "it is short, or the line turns round it, and another vessel passes it by: it may be "
+             "where the two touch";
     case centerline::Doubt::none:
     case centerline::Doubt::diffuse:
       break;
@@ -185,9 +199,9 @@ void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& le
   using centerline::Doubt;
   for (const Doubt doubt :
        {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart, Doubt::at_beginning,
-        Doubt::at_end, Doubt::bead, Doubt::beyond_aneurysm, Doubt::other_blood}) {
+        Doubt::at_end, Doubt::bead, Doubt::bridge, Doubt::beyond_aneurysm, Doubt::other_blood}) {
     const auto is_told = [&](const centerline::Lesion& lesion) {
-      return lesion.doubt == doubt && !lesion.is_too_thin;
+      return lesion.doubt == doubt && !lesion.is_too_thin && !lesion.is_too_small;
     };
     const auto worst = std::find_if(lesions.begin(), lesions.end(), is_told);
     if (worst == lesions.end()) continue;
@@ -250,6 +264,7 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
       centerline::find_lesions(result.tree, centerline::whole_tree(centerline::lesion_options(
                                                 settings.get<&Config::lesion>(), resolution)));
   tell_of_thin_vessels(work, lesions, resolution);
+  tell_of_small_vessels(work, lesions, settings.get<&Config::lesion>().min_reference_mm);
   tell_of_doubtful(work, lesions);
   tell_of_diffuse(work, lesions);
   write_text_atomically(work.out / "lesions.json",

@@ -112,8 +112,9 @@ std::string place_of(const centerline::Lesion& lesion) {
 }
 
 std::string none_was_found(const std::vector<centerline::Lesion>& lesions, double least) {
-  const auto doubtful = std::count_if(lesions.begin(), lesions.end(),
-                                      [](const auto& lesion) { return lesion.is_doubtful(); });
+  const auto doubtful = std::count_if(lesions.begin(), lesions.end(), [](const auto& lesion) {
+    return lesion.is_doubtful() && !lesion.is_too_small;
+  });
   const auto thin = std::count_if(lesions.begin(), lesions.end(),
                                   [](const auto& lesion) { return lesion.is_too_thin; });
   if (doubtful > 0)
@@ -124,7 +125,10 @@ std::string none_was_found(const std::vector<centerline::Lesion>& lesions, doubl
         "no stenosis of {:.0f} % or more can be measured ({} narrowing{} in vessels that the data "
         "are too coarse for)",
         least, thin, thin == 1 ? " is" : "s are");
-  return fmt::format("no stenosis of {:.0f} % or more was found", least);
+  const auto small = std::count_if(lesions.begin(), lesions.end(),
+                                   [](const auto& lesion) { return lesion.is_too_small; });
+  return fmt::format("no stenosis of {:.0f} % or more was found{}", least,
+                     small > 0 ? " in a vessel that balloons are made for" : "");
 }
 
 /// Nothing is treated: of the worst lesion it is told why.

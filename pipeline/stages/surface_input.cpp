@@ -43,12 +43,12 @@ void choose_unit(GivenSurface& given, std::optional<LengthUnit> stated,
     if (asked && stated && *asked != *stated)
       warn(fmt::format("the file says that it is in {}; it is read in {}", unit_name(*stated),
                        name));
-    else if (!asked && guess.is_vessel && !meshing::is_possible(given.size, given.unit))
+    else if (guess.is_vessel && !meshing::is_possible(given.size, given.unit))
       warn(
-          fmt::format("read in {}, as the file says: {}. No scan shows such a vessel; in {} it "
-                      "would be {}: add --unit {} if so",
-                      name, words(given.unit), unit_name(guess.unit), words(guess.unit),
-                      unit_name(guess.unit)));
+          fmt::format("read in {}, as {}: {}. No scan shows such a vessel; in {} it would be {}: "
+                      "add --unit {} if so",
+                      name, asked ? "asked" : "the file says", words(given.unit),
+                      unit_name(guess.unit), words(guess.unit), unit_name(guess.unit)));
     else if (!asked && given.unit != LengthUnit::mm)
       warn(fmt::format("read in {}, as the file says: {}", name, words(given.unit)));
     return;

@@ -268,7 +268,11 @@ TEST(FindLesions, LeavesOutVesselsTooThinForABalloon) {
   const auto tree = extract({straight_tube({0, 0, 0}, {3, 2, 30}, vessel(1.5, 0, 0.5, 0.2, 0.6))});
   LesionOptions options;
   options.min_reference_mm = 3.5;
-  EXPECT_FALSE(find_lesions(tree, options)[0].is_stenosis);
+  const auto lesions = find_lesions(tree, options);
+  EXPECT_FALSE(lesions[0].is_stenosis);
+  ASSERT_EQ(lesions.size(), 2U);  // it does not go missing without a word
+  EXPECT_TRUE(lesions[1].is_too_small);
+  EXPECT_FALSE(lesions[1].is_too_thin);
 }
 
 TEST(FindLesions, ListsTandemLesionsApart) {
