@@ -136,8 +136,9 @@ enum class Doubt {
 };
 
 struct Lesion {
-  bool is_stenosis = false;   ///< false: no stenosis, and this is the tightest place of the longest
-                              ///< vessel (or where the user said)
+  bool is_stenosis = false;   ///< false: no stenosis, and this is a place for a trial, narrow and
+                              ///< with room for a balloon, of the longest vessel (or where the
+                              ///< user said)
   bool is_too_small = false;  ///< it would be one, but its vessel is under min_reference_mm wide,
   bool is_too_thin = false;   ///< or the data are too coarse to measure it,
   Doubt doubt = Doubt::none;  ///< or it may be something else

@@ -135,7 +135,7 @@ std::string pressure_section(const ReportContent& content, const detail::Metrics
 std::string view_section(const ReportContent& content, const detail::Metrics& metrics,
                          const detail::Album& album, const std::vector<Figure>& angiograms) {
   const std::string seen =
-      metrics.text("status") == "no_lesion" ? "the vessel at the tightest place" : "the lesion";
+      metrics.text("status") == "no_lesion" ? "the vessel at the trial place" : "the lesion";
   const std::string others =
       content.tree.paths.size() > 1 ? "other vessels" : "other parts of the vessel";
   std::string out;

@@ -35,7 +35,7 @@ std::string before(const json& metrics, bool is_surface) {
                         is_surface ? " that the surface was made from" : "")
           : fmt::format("minimal lumen diameter {:.2f}{} mm", number(metrics, "lesion", "mld_mm"),
                         sd_of(metrics));
-  if (metrics.at("status") == "no_lesion") return "before   " + width + " at the tightest place";
+  if (metrics.at("status") == "no_lesion") return "before   " + width + " at the trial place";
   return fmt::format("before   {}, {}{:.0f} % stenosis of {:.2f} mm", width,
                      is_bound ? "at least " : "",
                      number(metrics, "lesion",

@@ -140,8 +140,8 @@ Placement no_placement(const std::vector<centerline::Lesion>& lesions, const std
             fmt::format("the stenosis of {:.0f} % on {} is not treated: {}",
                         worst.diameter_stenosis_percent, place_of(worst), reason)};
   return {worst, std::nullopt, "no_lesion",
-          fmt::format("{}, and no balloon is placed at the tightest place ({}): {}",
-                      none_was_found(lesions, least), place_of(worst), reason)};
+          fmt::format("{}, and no balloon is tried ({}): {}", none_was_found(lesions, least),
+                      place_of(worst), reason)};
 }
 
 /// The lesions' stretches with the diameter of the balloon that would be brought there.
@@ -187,7 +187,7 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
       if (is_place_given) throw;
       reason = error.what();
     }
-    if (lesion.is_stenosis)  // of the tightest place of a healthy tree no_placement tells
+    if (lesion.is_stenosis)  // of the trial place of a healthy tree no_placement tells
       work.warnings.push_back(fmt::format("the stenosis of {:.0f} % on {} is passed over: {}",
                                           lesion.diameter_stenosis_percent, place_of(lesion),
                                           reason));
@@ -219,9 +219,8 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
   if (lesion.is_stenosis || asked.abscissa_mm >= 0.0) return;
   placement.status = "no_lesion";
   placement.reason = fmt::format(
-      "{}; the balloon is placed at the tightest place of the longest line that has room for one "
-      "({}). You can name "
-      "another place (--set lesion.centerline=N lesion.abscissa_mm=S)",
+      "{}; a balloon is tried in the longest vessel, where it is narrow and has room ({}). You can "
+      "name another place (--set lesion.centerline=N lesion.abscissa_mm=S)",
       none_was_found(lesions, asked.min_stenosis_percent), place_of(lesion));
   work.warnings.push_back(placement.reason);
 }

@@ -236,7 +236,7 @@ void tell_of_failure(StageWork& work, const json& placement,
                      const simulation::SimulationSummary& summary) {
   if (placement.at("status") == "no_lesion") {
     work.is_given_up = true;
-    work.warnings = {"the balloon that was tried at the tightest place gives no result: " +
+    work.warnings = {"the balloon that was tried where no stenosis is certain gives no result: " +
                      summary.failure};
     for (const fs::directory_entry& entry : fs::directory_iterator(work.out))
       fs::remove_all(entry.path());

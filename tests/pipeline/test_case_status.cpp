@@ -246,7 +246,7 @@ TEST(ReadOut, HasNoNumberOfAResultThatIsNone) {
   EXPECT_EQ(open.lines()[1], "after    not determined");
   EXPECT_EQ(open.lines()[2], "to doubt two runs disagree (1 more in the report)");
   open.metrics["status"] = "no_lesion";
-  EXPECT_EQ(open.lines()[0], "before   minimal lumen diameter 1.20 mm at the tightest place");
+  EXPECT_EQ(open.lines()[0], "before   minimal lumen diameter 1.20 mm at the trial place");
   EXPECT_EQ(open.lines()[1], "after    no lesion was treated");
 }
 

@@ -254,10 +254,11 @@ std::string headline(const Metrics& metrics) {
   if (metrics.text("status") != "no_lesion") return "<div class=\"cards\">" + cards + "</div>\n";
   const bool is_tried = metrics.number("result", "mld_mm").has_value();
   return "<div class=\"trial\"><p><strong>" +
-         std::string(is_tried ? "Trial inflation, not a treatment." : "The tightest place.") +
+         std::string(is_tried ? "Trial inflation, not a treatment." : "The place for a trial.") +
          "</strong> " +
          (is_tried
-              ? "What a balloon does at the vessel's tightest place; no stenosis is certain there."
+              ? "What a balloon does in the longest vessel, where it is narrow and has room; no "
+                "stenosis is certain there."
               : "No stenosis is certain there, and no balloon was tried.") +
          "</p><div class=\"cards\">" + cards + "</div></div>\n";
 }

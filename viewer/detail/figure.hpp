@@ -21,9 +21,9 @@ inline const CenterlinePath* lesion_path(const ReportContent& content) {
   return nullptr;
 }
 
-/// What the place that the pictures show is: where the balloon is, or only the tightest place.
+/// What the place that the pictures show is: where the balloon is, or where one would be tried.
 inline std::string site_name(const ReportContent& content) {
-  return content.moments.empty() ? "tightest place" : "balloon site";
+  return content.moments.empty() ? "trial place" : "balloon site";
 }
 
 }  // namespace angio::viewer::detail
