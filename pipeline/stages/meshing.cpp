@@ -125,6 +125,11 @@ std::string none_was_found(const std::vector<centerline::Lesion>& lesions, doubl
         "no stenosis of {:.0f} % or more can be measured ({} narrowing{} in vessels that the data "
         "are too coarse for)",
         least, thin, thin == 1 ? " is" : "s are");
+  if (const double there = lesions.front().diameter_stenosis_percent; there >= least)
+    return fmt::format(
+        "no stenosis of {:.0f} % or more is certain (a vessel that is {:.0f} % narrower than its "
+        "tree would have it may be as thin by itself)",
+        least, there);
   const auto small = std::count_if(lesions.begin(), lesions.end(),
                                    [](const auto& lesion) { return lesion.is_too_small; });
   return fmt::format("no stenosis of {:.0f} % or more was found{}", least,
