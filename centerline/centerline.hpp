@@ -151,7 +151,7 @@ struct Lesion {
                              ///< any is
   double mla_mm2 = 0.0;      ///< least section area, perhaps beside the MLD
   double reference_diameter_mm = 0.0;  ///< by reference_rule: the same number
-  std::string reference_rule;          ///< "tree", "vessel" or "ends"
+  std::string reference_rule;          ///< "tree", "sides", "vessel" or "ends"
   /// Healthy diameter where the MLD is by the best healthy tree (find_reference).
   double reference_tree_mm = 0.0;
   /// The straight line through the healthy diameters of the same branch within five diameters

@@ -206,6 +206,12 @@ bool is_too_thin(const CenterlinePath& path, const Lesion& lesion, const LesionO
   return 100.0 * (1.0 - widest / healthy) < options.min_stenosis_percent;
 }
 
+/// Whether what would be a stenosis by the tree is none by the vessel on its two sides.
+bool is_refuted_by_sides(const Lesion& lesion, const LesionOptions& options) {
+  return lesion.reference_rule == "sides" &&
+         lesion.diameter_stenosis_percent < options.min_stenosis_percent;
+}
+
 /// The same points on the longest path that has them.
 Vessel on_longest_path(const TreeReference& tree, const Vessel& vessel, const Dip& dip) {
   const int last = tree.paths[vessel.path].branch[dip.last];
@@ -229,7 +235,7 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
     const Vessel shown = options.centerline >= 0 ? vessel : on_longest_path(reference, vessel, dip);
     Lesion lesion = describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]},
                                  shown, dip, least_percent_of(known, dip, options));
-    if (is_no_neck(lesion)) continue;
+    if (is_no_neck(lesion) || is_refuted_by_sides(lesion, options)) continue;
     const bool is_bridge = may_be_a_bridge(known, vessel, dip, lesion);
     if (is_bridge && known.percent(dip.tightest) < kHalf) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);

@@ -136,6 +136,34 @@ double interpolate(const Known& known, const Vessel& vessel, const Dip& dip, std
   return (sum_d * sum_tt - sum_td * sum_t) / (n * sum_tt - sum_t * sum_t);
 }
 
+/// The median diameter between half a diameter and two and a half beyond an edge, whatever is
+/// healthy there; 0 where less than a diameter of vessel is measured.
+double width_beyond(const Known& known, const Vessel& vessel, std::size_t edge, int direction,
+                    double diameter) {
+  constexpr double kFrom = 0.5, kTo = 2.5, kLeastLength = 1.0;
+  const auto& s = known.path.abscissa;
+  std::vector<std::size_t> points;
+  for (auto i = std::ptrdiff_t(edge) + direction;
+       i >= std::ptrdiff_t(vessel.first) && i <= std::ptrdiff_t(vessel.last); i += direction) {
+    const auto at = std::size_t(i);
+    const double away = std::abs(s[at] - s[edge]);
+    if (away > kTo * diameter) break;
+    if (away >= kFrom * diameter && known.is_measured(at)) points.push_back(at);
+  }
+  return length_of(known, points) < kLeastLength * diameter ? 0.0 : median_diameter(known, points);
+}
+
+/// The wider of both sides of a lesion, where the tree's reference is over a tenth wider than
+/// either; else 0. Disease does not draw them down: what is narrowed by a fifth is the lesion's.
+double reference_of_sides(const Known& known, const Vessel& vessel, const Dip& dip,
+                          double by_tree) {
+  constexpr double kMostAbove = 1.1;
+  const double before = width_beyond(known, vessel, dip.first, -1, by_tree),
+               behind = width_beyond(known, vessel, dip.last, +1, by_tree);
+  const double wider = std::max(before, behind);
+  return std::min(before, behind) > 0.0 && by_tree > kMostAbove * wider ? wider : 0.0;
+}
+
 void set_references(const Known& known, const Vessel& vessel, const Dip& dip, std::size_t place,
                     Lesion& lesion) {
   constexpr double kReach = 3.0;
@@ -146,6 +174,11 @@ void set_references(const Known& known, const Vessel& vessel, const Dip& dip, st
   lesion.reference_rule = "tree";
   lesion.reference_tree_mm = known.reference.diameter[place];
   lesion.reference_diameter_mm = lesion.reference_tree_mm;
+  if (const double sides = reference_of_sides(known, vessel, dip, lesion.reference_tree_mm);
+      sides > 0.0) {
+    lesion.reference_rule = "sides";
+    lesion.reference_diameter_mm = sides;
+  }
   lesion.reference_interpolated_mm = interpolate(known, vessel, dip, place);
   lesion.reference_proximal_mm = beside(dip.first, -1);
   lesion.reference_distal_mm = beside(dip.last, +1);

@@ -150,7 +150,7 @@ bool is_wider_than_beside(const Lesion& lesion) {
   constexpr double kMostStep = 1.5;
   const double beside = std::max(lesion.reference_proximal_mm, lesion.reference_distal_mm);
   return lesion.reference_proximal_mm > 0.0 && lesion.reference_distal_mm > 0.0 &&
-         lesion.reference_diameter_mm > kMostStep * beside;
+         lesion.reference_tree_mm > kMostStep * beside;
 }
 
 Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const Lesion& lesion,

@@ -217,16 +217,24 @@ Look measure(Line& work, const Line* parent, const Surroundings& around) {
 
 /// How wide the lumen is beside each point of a line that runs off the middle there: the greatest
 /// ball with its middle in the point's section, between which and the point the lumen only gets
-/// wider. 0 where the line is in the middle, or at a tip, where the nearest wall is the cap.
+/// wider. 0 where the line is in the middle, or at a closed tip, where the nearest wall is the cap.
+/// How wide it may get is told by the sections: a line off the middle does not know it.
 std::vector<double> radius_beside(const Line& work, const Surroundings& surroundings) {
-  constexpr double kNear = 0.9, kTip = 2.0;
+  constexpr double kNear = 0.9, kTip = 2.0, kOpen = 0.5;
   const Polyline& line = work.line;
-  const std::vector<double> s = arc_length(line.points), around = radius_around(line, s);
+  const std::vector<double> s = arc_length(line.points);
+  Polyline sections = line;
+  for (std::size_t i = 0; i < line.points.size(); ++i)
+    sections.radius[i] = std::max(line.radius[i], work.fitted[i]);
+  const std::vector<double> around = radius_around(sections, s);
+  const auto is_closed = [&](std::size_t tip) { return line.radius[tip] < kOpen * around[tip]; };
+  const bool closed_start = work.free_start && is_closed(0),
+             closed_end = work.free_end && is_closed(line.points.size() - 1);
   std::vector<double> beside(line.points.size(), 0.0);
   parallel_for_uneven(std::ptrdiff_t(line.points.size() - work.shared), [&](std::ptrdiff_t index) {
     const std::size_t i = work.shared + std::size_t(index);
     const double zone = kTip * around[i];
-    if ((work.free_start && s[i] < zone) || (work.free_end && s.back() - s[i] < zone)) return;
+    if ((closed_start && s[i] < zone) || (closed_end && s.back() - s[i] < zone)) return;
     if (line.radius[i] >= kNear * around[i]) return;
     const Vec3 deepest =
         deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),

@@ -189,7 +189,7 @@ CaseFlow case_flow(const StageFiles& files, const centerline::FlowOptions& optio
   if (!record.is(Stage::centerline, "done") || !record.is(Stage::meshing, "done"))
     return untold("");
   const json placement = read_json(files.path(file::kPlacement));
-  if (placement.value("status", "done") == "no_lesion") return untold("no stenosis was found");
+  if (placement.value("status", "done") == "no_lesion") return untold("no stenosis is certain");
   const Vessels vessels = read_vessels(files, placement.at("lesion"));
   const bool is_simulated = record.is(Stage::simulation, "done") && placement.contains("balloon");
   CaseFlow flow = untold(is_simulated ? "" : "nothing was simulated: there is only before");

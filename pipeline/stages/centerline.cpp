@@ -156,7 +156,7 @@ void tell_of_small_vessels(StageWork& work, const std::vector<centerline::Lesion
 std::string what_else(centerline::Doubt doubt, bool is_surface) {
   switch (doubt) {
     case centerline::Doubt::faint:
-      return "the vessel may be as thin there by itself";
+      return "healthy vessels of such a tree may vary as much, or its diameters err";
     case centerline::Doubt::crowded:
       return "in so large a tree, or one where so many vessels touch or form loops, it may be "
              "where one vessel meets another; " +

@@ -417,13 +417,39 @@ TEST(LesionLaws, NeitherTaperNorEctasiaNorAVesselThatEndsInAThinOneIsALesion) {
 
 TEST(Doubt, OfAReferenceThatIsWiderThanTheVesselOnBothSides) {
   Lesion lesion;
-  lesion.reference_diameter_mm = 22.0;
+  lesion.reference_tree_mm = 22.0;
   lesion.reference_proximal_mm = 11.0;
   EXPECT_FALSE(is_wider_than_beside(lesion)) << "of one side alone nothing is known";
   lesion.reference_distal_mm = 12.0;
   EXPECT_TRUE(is_wider_than_beside(lesion));
   lesion.reference_proximal_mm = 15.0;
   EXPECT_FALSE(is_wider_than_beside(lesion));
+}
+
+// What the tree makes of forks far away is no reference for a throat between two stretches of
+// vessel that are both thinner; and what is less than a tenth is the taper's.
+TEST(LesionReferences, AreNoWiderThanBothSides) {
+  const auto between = [](double width) {
+    const CenterlineTree tree =
+        tree_of({line_of([=](double s) { return width * narrowed(s, 20.0, 4.0, 0.6); }, 40.0)});
+    const CenterlinePath& path = tree.paths.front();
+    TreeReference reference = find_reference(tree, 0.0);
+    ReferenceDiameter& wide = reference.paths.front();
+    std::fill(wide.diameter.begin(), wide.diameter.end(), 4.0);
+    const Vessel whole{0, 0, path.points.size() - 1};
+    const Known known{path, reference, wide};
+    const auto throat =
+        std::size_t(std::min_element(path.inscribed_radius.begin(), path.inscribed_radius.end()) -
+                    path.inscribed_radius.begin());
+    return describe_dip(known, whole, grow_dip(known, whole, throat));
+  };
+  const Lesion thinner = between(3.4), as_wide = between(3.8);
+  EXPECT_EQ(thinner.reference_rule, "sides");
+  EXPECT_NEAR(thinner.reference_diameter_mm, 3.4, 0.02);
+  EXPECT_EQ(thinner.reference_tree_mm, 4.0);
+  EXPECT_NEAR(thinner.diameter_stenosis_percent, 60.0, 1.0);
+  EXPECT_EQ(as_wide.reference_rule, "tree");
+  EXPECT_EQ(as_wide.reference_diameter_mm, 4.0);
 }
 
 TEST(TightestPlace, BehindAWideRootIsReferredToTheVesselItself) {

@@ -188,7 +188,7 @@ TEST_F(OneNumber, OfTheWorkingViewIsInTheReportAndOfAStraightVesselNearlyWithout
 
 TEST_F(OneNumber, OfTheFlowIsNoneWithoutAStenosis) {
   const json healthy = json_file(batch_folder() / "healthy/metrics.json").at("flow");
-  EXPECT_EQ(healthy.at("reason"), "no stenosis was found");
+  EXPECT_EQ(healthy.at("reason"), "no stenosis is certain");
   EXPECT_TRUE(healthy.at("ffr_before").is_null());
   EXPECT_FALSE(fs::exists(batch_folder() / "healthy/report/flow.csv"));
 }

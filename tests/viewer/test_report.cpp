@@ -239,12 +239,12 @@ TEST(CaseHeadline, SaysWhatTheCaseIs) {
                      ""),
             "Stenosis of at least 75 % on line 0");
   EXPECT_EQ(headline(R"({"status":"no_lesion",)" + balloon + "}", "surface"),
-            "Surface: no stenosis, trial of a 3.00 × 12 mm balloon");
+            "Surface: no certain stenosis, trial of a 3.00 × 12 mm balloon");
   EXPECT_EQ(headline(R"({"status":"no_lesion",
                         "balloon":{"nominal_diameter_mm":16.5,"length_mm":16.5}})",
                      "surface"),
-            "Surface: no stenosis, trial of a 16.50 × 16.5 mm balloon");
-  EXPECT_EQ(headline(R"({"status":"no_lesion"})", "run"), "X-ray frames: no stenosis");
+            "Surface: no certain stenosis, trial of a 16.50 × 16.5 mm balloon");
+  EXPECT_EQ(headline(R"({"status":"no_lesion"})", "run"), "X-ray frames: no certain stenosis");
   EXPECT_EQ(headline(R"({"status":"not_determined"})", "volume"), "");
 }
 

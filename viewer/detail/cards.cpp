@@ -157,7 +157,7 @@ bool is_coronary(const Metrics& metrics) { return metrics.text("flow", "vessel")
 
 std::string status_notice(const Metrics& metrics) {
   constexpr std::array<std::array<const char*, 2>, 4> kTitles{
-      {{"no_lesion", "No stenosis found."},
+      {{"no_lesion", "No certain stenosis."},
        {"not_determined", "No treatment simulated."},
        {"failed", "Failed: there is no result."},
        {"stale", "Out of date: there is no result."}}};

@@ -53,7 +53,7 @@ std::string case_headline(const Metrics& metrics, const std::string& input_kind)
   const std::string balloon = balloon_words(metrics);
   std::string words;
   if (metrics.text("status") == "no_lesion") {
-    words = "no stenosis" + (balloon.empty() ? "" : ", trial of a " + balloon);
+    words = "no certain stenosis" + (balloon.empty() ? "" : ", trial of a " + balloon);
   } else {
     words = lesion_words(metrics);
     if (words.empty()) return {};
