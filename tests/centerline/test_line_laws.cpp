@@ -239,6 +239,32 @@ TEST(LineLaws, RoundATightBendTheLineStaysOffTheInnerWall) {
   EXPECT_FALSE(find_lesions(result.tree, {}).at(0).is_stenosis);
 }
 
+// Cut off at the beginning of the bend, or cut from a vessel that goes on thinner, as many a
+// surface is: the line knows too little vessel to be in the middle, but is no narrower there.
+TEST(LineLaws, RoundATightBendAtAnOpenEndTheLumenIsAsWideAsItIs) {
+  constexpr double kRadius = 2.0, kBend = 1.1 * kRadius, kLeg = 1.0, kLong = 12.0;
+  const auto radius = [](double t) { return kRadius * (1.0 - 0.3 * t); };
+  const Tube siphon = test::make_tube(
+      [](double t) {
+        const double along = t * (kLeg + units::kPi * kBend + kLong);
+        const double angle = std::clamp((along - kLeg) / kBend, 0.0, units::kPi);
+        const double before = std::min(along - kLeg, 0.0),
+                     behind = std::max(along - kLeg - units::kPi * kBend, 0.0);
+        return Vec3{kBend * std::cos(angle), kBend * std::sin(angle) + before - behind, 0.0};
+      },
+      radius);
+  TriangleMesh open = test::surface_of(siphon, 80, 24);
+  open.triangles.resize(open.triangles.size() - std::size_t(2 * 24));  // the caps
+  const CenterlineResult result = extract_centerline(open, {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  const CenterlinePath& path = result.tree.paths[0];
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    const double truth = radius(path.abscissa[i] / path.abscissa.back());
+    EXPECT_GT(path.tube_radius[i], 0.85 * truth) << path.abscissa[i];
+  }
+  EXPECT_FALSE(find_lesions(result.tree, {}).at(0).is_stenosis);
+}
+
 TEST(Inlet, IsTheTrunkThoughItIsTheShortestBranch) {
   // Murray: 2.5^3 = 2.1^3 + 1.86^3. The trunk is but twice as long as wide.
   const std::vector<Tube> fork = {
