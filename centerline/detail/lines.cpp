@@ -215,18 +215,30 @@ Look measure(Line& work, const Line* parent, const Surroundings& around) {
   return look;
 }
 
+/// How wide the vessel is around each point, in radii: by the line's own, and where it runs off the
+/// middle for longer than that tells, by the median of the sections within four of their radii (a
+/// sac's do not make the vessel beside it wide).
+std::vector<double> width_around(const Line& work, const std::vector<double>& s) {
+  constexpr double kReach = 4.0;
+  std::vector<double> around = radius_around(work.line, s);
+  std::vector<double> near;
+  for (std::size_t i = work.shared; i < around.size(); ++i) {
+    const double reach = kReach * std::max(work.fitted[i], work.line.radius[i]);
+    const auto first = std::lower_bound(s.begin(), s.end(), s[i] - reach) - s.begin(),
+               last = std::upper_bound(s.begin(), s.end(), s[i] + reach) - s.begin();
+    near.assign(work.fitted.begin() + first, work.fitted.begin() + last);
+    around[i] = std::max(around[i], quantile(near, 0.5));
+  }
+  return around;
+}
+
 /// How wide the lumen is beside each point of a line that runs off the middle there: the greatest
 /// ball with its middle in the point's section, between which and the point the lumen only gets
 /// wider. 0 where the line is in the middle, or at a closed tip, where the nearest wall is the cap.
-/// How wide it may get is told by the sections: a line off the middle does not know it.
 std::vector<double> radius_beside(const Line& work, const Surroundings& surroundings) {
   constexpr double kNear = 0.9, kTip = 2.0, kOpen = 0.5;
   const Polyline& line = work.line;
-  const std::vector<double> s = arc_length(line.points);
-  Polyline sections = line;
-  for (std::size_t i = 0; i < line.points.size(); ++i)
-    sections.radius[i] = std::max(line.radius[i], work.fitted[i]);
-  const std::vector<double> around = radius_around(sections, s);
+  const std::vector<double> s = arc_length(line.points), around = width_around(work, s);
   const auto is_closed = [&](std::size_t tip) { return line.radius[tip] < kOpen * around[tip]; };
   const bool closed_start = work.free_start && is_closed(0),
              closed_end = work.free_end && is_closed(line.points.size() - 1);
