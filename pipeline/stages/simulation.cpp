@@ -203,6 +203,9 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
                                  : GuardVerdict{"off", ""};
   keep(work.warnings, treatment_warnings(first, guard, spans));
   const json& lesion = placement.at("lesion");
+  if (placement.at("status") == "done")
+    keep(work.warnings,
+         start_warnings(first.before, lesion.at("diameter_stenosis_percent"), reference));
   std::vector<Stretch> lesions = lesions_on(path, read_json(work.files.path(file::kLesions)), tree);
   lesions.push_back({lesion.at("proximal_mm").get<double>(), lesion.at("distal_mm").get<double>()});
   const auto widening = widening_beside(before, peak, lesions, reference);

@@ -76,6 +76,12 @@ GuardVerdict judge(const Treatment& first, const std::optional<Treatment>& secon
 nlohmann::json treatment_json(const Treatment& first, const std::optional<Treatment>& second,
                               double reference_mm, double balloon_mm);
 
+/// What is to be said where the lumen that is simulated is narrowed by over ten points more or less
+/// than the one that was measured; empty elsewhere.
+/// @param measured_percent  diameter stenosis of the lesion as it is listed
+std::vector<std::string> start_warnings(const TreatedMeasures& before, double measured_percent,
+                                        double reference_mm);
+
 /// What is to be said of the numbers; empty where nothing is.
 std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard,
                                             const TreatedSpans& spans);

@@ -157,6 +157,17 @@ TEST(Treatment, WarnsOfANegativeRecoilOnly) {
   EXPECT_NE(warnings[0].find("negative"), std::string::npos);
 }
 
+TEST(Treatment, SaysWhereWhatIsSimulatedIsNotWhatWasMeasured) {
+  const TreatedMeasures before = treatment(3.4, 3.6, 3.5).before;  // 15 % of 4 mm
+  EXPECT_TRUE(start_warnings(before, 24.0, 4.0).empty());
+  EXPECT_TRUE(start_warnings(before, 6.0, 4.0).empty());
+  EXPECT_EQ(start_warnings(before, 4.0, 4.0).size(), 1U);
+  const auto warnings = start_warnings(before, 46.0, 4.0);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("narrowed by 15 %"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("by 46 %"), std::string::npos) << warnings[0];
+}
+
 TEST(TreatedSpans, AreOfTheLesionAsFarAsTheBalloonsCylinderGoes) {
   const auto spans = [](double proximal, double distal, double length) {
     return treated_spans(
