@@ -67,27 +67,33 @@ std::size_t whole_facets(std::string_view bytes) {
   return bytes.size() < kHeaderBytes + 4 ? 0 : (bytes.size() - kHeaderBytes - 4) / kFacetBytes;
 }
 
+/// Whether a facet's numbers are some: what is no STL at all holds patterns that are none.
+bool is_facet(const std::array<float, 12>& numbers) {
+  constexpr float kMost = 1e9f;
+  return std::all_of(numbers.begin(), numbers.end(),
+                     [](float number) { return std::abs(number) < kMost; });
+}
+
 /// Whether whole facets are there and something else behind them, as some programs write it. What
 /// is no STL at all would ask for more facets than it is long, or hold numbers that are none.
 bool has_more_behind(std::string_view bytes) {
-  constexpr float kMost = 1e9f;
   if (whole_facets(bytes) == 0) return false;
   const std::size_t count = binary_facet_count(bytes);
   if (count == 0 || whole_facets(bytes) < count) return false;
   for (std::size_t facet = 0; facet < count; ++facet)
-    for (const float number : facet_numbers(bytes, facet))
-      if (!(std::abs(number) < kMost)) return false;
+    if (!is_facet(facet_numbers(bytes, facet))) return false;
   return true;
 }
 
 /// Whether a binary file ends before its last facet. Its header is filled with zeros, as text never
-/// is, or its first facet has a normal of length one, or none.
+/// is, or its first facet has a normal of length one, or none; and that facet's numbers are some.
 bool is_cut_short(std::string_view bytes) {
   const bool has_count = bytes.size() >= kHeaderBytes + 4;
   if (has_count && binary_facet_count(bytes) <= whole_facets(bytes)) return false;
-  if (bytes.substr(0, kHeaderBytes).find('\0') != std::string_view::npos) return true;
-  if (whole_facets(bytes) == 0) return false;
+  const bool has_zeros = bytes.substr(0, kHeaderBytes).find('\0') != std::string_view::npos;
+  if (whole_facets(bytes) == 0) return has_zeros;
   const std::array<float, 12> first = facet_numbers(bytes, 0);
+  if (has_zeros || !is_facet(first)) return is_facet(first);
   const float length = std::hypot(first[0], first[1], first[2]);
   return length == 0.0f || std::abs(length - 1.0f) < 0.01f;
 }

@@ -240,6 +240,10 @@ TEST(Stl, BadFilesAreRefusedByName) {
   std::string absurd = whole;
   absurd.replace(80, 4, "\xff\xff\xff\xff");
   expect_surface_refused(folder / "d.stl", absurd, "cut short");
+  std::string picture = "\x89PNG";  // zeros in its head, and numbers that are none behind it
+  picture.resize(80, '\0');
+  picture.resize(800, '\xfb');
+  expect_surface_refused(folder / "e.stl", picture, "is not an STL surface");
   // As programs write it that fill the whole header with their name.
   std::string named = whole.substr(0, 300);
   named.replace(0, 80, std::string(80, 'x'));
