@@ -1,8 +1,9 @@
 // Stenoses put into real vessels, and whether they are found there.
 //
-//     lesions_in_vessels make|make-beside SEED COUNT FOLDER CASE...    COUNT surfaces a case, and
-//     lesions.csv angio run FOLDER/NAME.vtp -o FOLDER/cases/NAME --until centerline        for each
-//     of them lesions_in_vessels table FOLDER [each] [--markdown FILE]
+//     lesions_in_vessels make SEED COUNT FOLDER CASE...    COUNT surfaces a case, and lesions.csv
+//     lesions_in_vessels make-beside SEED COUNT FOLDER CASE...
+//     angio run FOLDER/NAME.vtp -o FOLDER/cases/NAME --until centerline        for each of them
+//     lesions_in_vessels table FOLDER [each] [--markdown FILE]
 //
 // CASE is a folder of `angio run SURFACE --until centerline`. Of its lumen the sections around
 // random places of its lines are drawn together, up to three on a surface, so the truth is known in

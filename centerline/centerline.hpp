@@ -199,7 +199,8 @@ struct Lesion {
 /// Stenoses are apart where the vessel between them is back above the edges' 20 %; a branching,
 /// where nothing is measured, does not part them along the wider daughter. A narrowing whose area
 /// falls by less than half the percentage that its diameter does is none. A neck may be a bridge
-/// between vessels that touch (told where half of the width is missing, never listed) if it is
+/// between vessels that touch (told where half of the width is missing, listed only if `centerline`
+/// names its line) if it is
 /// shorter than half its reference diameter, or than 1.25 of them where the line turns round it by
 /// more than 80 degrees out of one vessel and into another; and if within 1.25 diameters a vessel
 /// about as wide (0.6) parts from the line and passes it by.

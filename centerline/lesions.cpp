@@ -237,7 +237,7 @@ void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
                                  shown, dip, least_percent_of(known, dip, options));
     if (is_no_neck(lesion) || is_refuted_by_sides(lesion, options)) continue;
     const bool is_bridge = may_be_a_bridge(known, vessel, dip, lesion);
-    if (is_bridge && known.percent(dip.tightest) < kHalf) continue;
+    if (is_bridge && options.centerline < 0 && known.percent(dip.tightest) < kHalf) continue;
     lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
     lesion.is_too_small = known.reference.diameter[dip.tightest] < options.min_reference_mm;
     lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
@@ -457,9 +457,11 @@ std::vector<Lesion> find_lesions(const CenterlineTree& lines, const LesionOption
   const bool is_named = options.abscissa_mm >= 0.0;
   if (!is_named && !lesions.empty() && lesions.front().is_stenosis) return lesions;
   // Narrowings on the line, also those in doubt or under the threshold: the tree's reference holds.
-  const bool is_narrowed = std::any_of(
-      lesions.begin(), lesions.end(),
-      [&](const Lesion& narrowing) { return is_on(narrowing, first.path, trees.front()); });
+  const bool is_narrowed =
+      std::any_of(lesions.begin(), lesions.end(), [&](const Lesion& narrowing) {
+        return !narrowing.is_too_small && narrowing.doubt != Doubt::bridge &&
+               is_on(narrowing, first.path, trees.front());
+      });
   const ReferenceDiameter own = is_narrowed ? first.reference : no_wider_than_around(first);
   const Known known{first.path, first.tree, own};
   const double least = std::max(options.min_reference_mm, kLeastVoxels * options.voxel_mm);
@@ -467,8 +469,8 @@ std::vector<Lesion> find_lesions(const CenterlineTree& lines, const LesionOption
   const std::vector<double>& abscissa = first.path.abscissa;
   const auto at = std::lower_bound(abscissa.begin(), abscissa.end(), place.abscissa_mm);
   const double by_tree = first.reference.diameter[std::size_t(at - abscissa.begin())];
-  if (!is_narrowed && place.reference_diameter_mm < by_tree) {
-    place.reference_rule = "vessel";
+  if (!is_narrowed && place.reference_tree_mm < by_tree) {
+    if (place.reference_rule == "tree") place.reference_rule = "vessel";
     place.reference_tree_mm = by_tree;
   }
   if (is_named) return {place};

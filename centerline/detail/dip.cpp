@@ -136,11 +136,11 @@ double interpolate(const Known& known, const Vessel& vessel, const Dip& dip, std
   return (sum_d * sum_tt - sum_td * sum_t) / (n * sum_tt - sum_t * sum_t);
 }
 
-/// The median diameter between half a diameter and two and a half beyond an edge, whatever is
-/// healthy there; 0 where less than a diameter of vessel is measured.
+/// The median diameter between half a diameter and two and a half beyond an edge, of what is no
+/// lesion there; 0 where that is less than a diameter of vessel.
 double width_beyond(const Known& known, const Vessel& vessel, std::size_t edge, int direction,
                     double diameter) {
-  constexpr double kFrom = 0.5, kTo = 2.5, kLeastLength = 1.0;
+  constexpr double kFrom = 0.5, kTo = 2.5, kLeastSeen = 1.0;
   const auto& s = known.path.abscissa;
   std::vector<std::size_t> points;
   for (auto i = std::ptrdiff_t(edge) + direction;
@@ -148,9 +148,10 @@ double width_beyond(const Known& known, const Vessel& vessel, std::size_t edge, 
     const auto at = std::size_t(i);
     const double away = std::abs(s[at] - s[edge]);
     if (away > kTo * diameter) break;
-    if (away >= kFrom * diameter && known.is_measured(at)) points.push_back(at);
+    if (away >= kFrom * diameter && known.is_measured(at) && known.percent(at) < kShoulderPercent)
+      points.push_back(at);
   }
-  return length_of(known, points) < kLeastLength * diameter ? 0.0 : median_diameter(known, points);
+  return length_of(known, points) < kLeastSeen * diameter ? 0.0 : median_diameter(known, points);
 }
 
 /// The wider of both sides of a lesion, where the tree's reference is over a tenth wider than
@@ -213,7 +214,7 @@ bool is_passed_by(const Known& known, const Vessel& vessel, const Dip& dip) {
   const double place = s[dip.tightest];
   const double reach = kBridgeFromAxisToAxis * known.reference.diameter[dip.tightest];
   const TreeReference& tree = known.tree;
-  for (std::size_t i = vessel.first; i < vessel.last; ++i) {
+  for (std::size_t i = vessel.first > 0 ? vessel.first - 1 : 0; i < vessel.last; ++i) {
     const int before = known.reference.branch[i], behind = known.reference.branch[i + 1];
     if (before == behind || std::abs(s[i] - place) > reach) continue;
     const auto& cells = tree.field_branches[std::size_t(before)].cells;
@@ -283,7 +284,10 @@ bool turns_like_a_bridge(const CenterlinePath& path, double s, double diameter) 
 }
 
 bool is_no_neck(const Lesion& lesion) {
-  return lesion.area_stenosis_percent < kLeastAreaShare * lesion.diameter_stenosis_percent;
+  const double healthy = lesion.reference_tree_mm;
+  const double diameter = 1.0 - lesion.mld_mm / healthy;
+  const double area = 1.0 - lesion.mla_mm2 / (0.25 * units::kPi * healthy * healthy);
+  return area < kLeastAreaShare * diameter;
 }
 
 bool looks_like_a_bridge(const CenterlinePath& path, const Lesion& lesion) {

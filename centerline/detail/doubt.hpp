@@ -11,8 +11,8 @@ struct Surroundings {
   bool is_scan = false;     ///< the lines end where an image does
 };
 
-/// Is the tree's reference more than 1.5 times as wide as the healthy vessel on both sides, as where a
-/// trunk gives way to a branch that is thin by itself?
+/// Is the tree's reference more than 1.5 times as wide as the healthy vessel on both sides, as
+/// where a trunk gives way to a branch that is thin by itself?
 bool is_wider_than_beside(const Lesion& lesion);
 
 /// Why a dip is in doubt by what lies around it: the first reason that holds, or none.

@@ -215,16 +215,17 @@ Look measure(Line& work, const Line* parent, const Surroundings& around) {
   return look;
 }
 
-/// How wide the vessel is around each point, in radii: by the line's own, and where it runs off the
-/// middle for longer than that tells, by the median of the sections within four of their radii (a
-/// sac's do not make the vessel beside it wide).
+/// The radius of the vessel around each point [mm]: by the line's own radii, and where it runs off
+/// the middle for longer than those tell, by the median of its sections within four radii of the
+/// point's (a sac's do not make the vessel beside it wide).
 std::vector<double> width_around(const Line& work, const std::vector<double>& s) {
   constexpr double kReach = 4.0;
   std::vector<double> around = radius_around(work.line, s);
   std::vector<double> near;
   for (std::size_t i = work.shared; i < around.size(); ++i) {
     const double reach = kReach * std::max(work.fitted[i], work.line.radius[i]);
-    const auto first = std::lower_bound(s.begin(), s.end(), s[i] - reach) - s.begin(),
+    const auto own = s.begin() + std::ptrdiff_t(work.shared);
+    const auto first = std::lower_bound(own, s.end(), s[i] - reach) - s.begin(),
                last = std::upper_bound(s.begin(), s.end(), s[i] + reach) - s.begin();
     near.assign(work.fitted.begin() + first, work.fitted.begin() + last);
     around[i] = std::max(around[i], quantile(near, 0.5));

@@ -117,8 +117,10 @@ json to_json(const std::vector<centerline::Lesion>& lesions, const CenterlineTre
 /// Narrowings that nobody can measure are not listed, but told of.
 void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>& lesions,
                           const centerline::Resolution& resolution) {
-  const auto thin = std::count_if(lesions.begin(), lesions.end(),
-                                  [](const auto& lesion) { return lesion.is_too_thin; });
+  const auto is_told = [](const centerline::Lesion& lesion) {
+    return lesion.is_too_thin && !lesion.is_too_small;
+  };
+  const auto thin = std::count_if(lesions.begin(), lesions.end(), is_told);
   if (thin == 0) return;
   const bool has_voxels = resolution.mean_mm > 0.0;
   const std::string data =
@@ -128,7 +130,7 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
           : "surface";
   double widest = 0.0;
   for (const centerline::Lesion& lesion : lesions)
-    if (lesion.is_too_thin) widest = std::max(widest, lesion.reference_diameter_mm);
+    if (is_told(lesion)) widest = std::max(widest, lesion.reference_diameter_mm);
   work.warnings.push_back(
       fmt::format("{} narrowing{} in vessels under {} wide ({:.2f} mm at most) {} not listed: the "
                   "{} is too coarse to measure a stenosis there",
@@ -139,16 +141,15 @@ void tell_of_thin_vessels(StageWork& work, const std::vector<centerline::Lesion>
                   widest, thin == 1 ? "is" : "are", data));
 }
 
-/// Vessels that no balloon is made for are not looked at, and told of.
+/// Narrowings in vessels that are thinner than those that are looked at are told of.
 void tell_of_small_vessels(StageWork& work, const std::vector<centerline::Lesion>& lesions,
                            double least_mm) {
-  const auto small = std::count_if(lesions.begin(), lesions.end(), [](const auto& lesion) {
-    return lesion.is_too_small && !lesion.is_too_thin;
-  });
+  const auto small = std::count_if(lesions.begin(), lesions.end(),
+                                   [](const auto& lesion) { return lesion.is_too_small; });
   if (small > 0)
     work.warnings.push_back(
-        fmt::format("{} narrowing{} in vessels under {:.1f} mm wide {} not listed: no balloon is "
-                    "made for them",
+        fmt::format("{} narrowing{} in vessels under {:.1f} mm wide {} not listed: balloons are "
+                    "made for wider ones",
                     small, small == 1 ? "" : "s", least_mm, small == 1 ? "is" : "are"));
 }
 

@@ -115,8 +115,9 @@ std::string none_was_found(const std::vector<centerline::Lesion>& lesions, doubl
   const auto doubtful = std::count_if(lesions.begin(), lesions.end(), [](const auto& lesion) {
     return lesion.is_doubtful() && !lesion.is_too_small;
   });
-  const auto thin = std::count_if(lesions.begin(), lesions.end(),
-                                  [](const auto& lesion) { return lesion.is_too_thin; });
+  const auto thin = std::count_if(lesions.begin(), lesions.end(), [](const auto& lesion) {
+    return lesion.is_too_thin && !lesion.is_too_small;
+  });
   if (doubtful > 0)
     return fmt::format("no stenosis of {:.0f} % or more is certain ({} narrowing{} in doubt)",
                        least, doubtful, doubtful == 1 ? " is" : "s are");
@@ -128,7 +129,7 @@ std::string none_was_found(const std::vector<centerline::Lesion>& lesions, doubl
   if (const double there = lesions.front().diameter_stenosis_percent; there >= least)
     return fmt::format(
         "no stenosis of {:.0f} % or more is certain (a vessel that is {:.0f} % narrower than its "
-        "tree would have it may be as thin by itself)",
+        "reference may be as thin by itself)",
         least, there);
   const auto small = std::count_if(lesions.begin(), lesions.end(),
                                    [](const auto& lesion) { return lesion.is_too_small; });

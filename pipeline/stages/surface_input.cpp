@@ -43,7 +43,7 @@ void choose_unit(GivenSurface& given, std::optional<LengthUnit> stated,
     if (asked && stated && *asked != *stated)
       warn(fmt::format("the file says that it is in {}; it is read in {}", unit_name(*stated),
                        name));
-    else if (guess.is_vessel && !meshing::is_possible(given.size, given.unit))
+    if (guess.is_vessel && !meshing::is_possible(given.size, given.unit))
       warn(
           fmt::format("read in {}, as {}: {}. No scan shows such a vessel; in {} it would be {}: "
                       "add --unit {} if so",

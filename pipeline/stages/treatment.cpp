@@ -145,13 +145,13 @@ json treatment_json(const Treatment& first, const std::optional<Treatment>& seco
 std::vector<std::string> start_warnings(const TreatedMeasures& before, double measured_percent,
                                         double reference_mm) {
   constexpr double kMostApart = 10.0;  // points
-  const double simulated = 100.0 * (1.0 - before.lesion.mld_mm / reference_mm);
+  const double simulated = std::max(0.0, 100.0 * (1.0 - before.lesion.mld_mm / reference_mm));
   if (std::abs(measured_percent - simulated) <= kMostApart) return {};
   return {fmt::format(
       "before the balloon the lumen that is simulated is narrowed by {:.0f} %, the one that was "
       "measured by {:.0f} %: one of them is wrong (a sharp bend, a ragged wall, or a throat finer "
       "than the mesh). Look at the sections there",
-      std::max(0.0, simulated), measured_percent)};
+      simulated, measured_percent)};
 }
 
 std::vector<std::string> treatment_warnings(const Treatment& treatment, const GuardVerdict& guard,
