@@ -314,8 +314,7 @@ int run(int argc, char** argv) {
   const bool each = words.size() == 3 && words[2] == "each";
   if (words.empty() || words[0] != "table" || (words.size() != 2 && !each)) {
     std::cerr << "usage: lesions_in_vessels make|make-beside SEED COUNT FOLDER CASE... | table "
-                 "FOLDER [each] "
-                 "[--markdown FILE]\n";
+                 "FOLDER [each] [--markdown FILE]\n";
     return int(ExitCode::usage);
   }
   table(words[1], each, results);

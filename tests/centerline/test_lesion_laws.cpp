@@ -437,9 +437,13 @@ TEST(Doubt, OfAReferenceThatIsWiderThanTheVesselOnBothSides) {
 // What the tree makes of forks far away is no reference for a throat between two stretches of
 // vessel that are both thinner; and what is less than a tenth is the taper's.
 TEST(LesionReferences, AreNoWiderThanBothSides) {
-  const auto between = [](double width) {
-    const CenterlineTree tree =
-        tree_of({line_of([=](double s) { return width * narrowed(s, 20.0, 4.0, 0.6); }, 40.0)});
+  const auto between = [](double width, double beside = 0.0) {
+    const CenterlineTree tree = tree_of({line_of(
+        [=](double s) {
+          return width * std::min({narrowed(s, 20.0, 4.0, 0.6), narrowed(s, 12.0, 3.0, beside),
+                                   narrowed(s, 28.0, 3.0, beside)});
+        },
+        40.0)});
     const CenterlinePath& path = tree.paths.front();
     TreeReference reference = find_reference(tree, 0.0);
     ReferenceDiameter& wide = reference.paths.front();
@@ -458,6 +462,8 @@ TEST(LesionReferences, AreNoWiderThanBothSides) {
   EXPECT_NEAR(thinner.diameter_stenosis_percent, 60.0, 1.0);
   EXPECT_EQ(as_wide.reference_rule, "tree");
   EXPECT_EQ(as_wide.reference_diameter_mm, 4.0);
+  // Lesions in front and behind are no vessel to be referred to.
+  EXPECT_EQ(between(3.4, 0.59).reference_rule, "tree");
 }
 
 TEST(TightestPlace, BehindAWideRootIsReferredToTheVesselItself) {
