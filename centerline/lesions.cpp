@@ -11,12 +11,11 @@
 #include "centerline/detail/dip.hpp"
 #include "centerline/detail/doubt.hpp"
 #include "centerline/detail/tracts.hpp"
+#include "centerline/detail/trial_place.hpp"
 #include "centerline/resolution.hpp"
-#include "centerline/treated.hpp"
 #include "core/centerline_trees.hpp"
 #include "core/error.hpp"
 #include "core/require.hpp"
-#include "core/statistics.hpp"
 
 namespace angio::centerline {
 
@@ -32,6 +31,16 @@ void LesionOptions::validate() const {
 }
 
 namespace {
+
+/// A tree and what it would be like if it were healthy.
+struct ReferredTree {
+  const CenterlineTree& tree;
+  TreeReference reference;
+
+  [[nodiscard]] Known known(std::size_t path) const {
+    return {tree.paths[path], reference, reference.paths[path]};
+  }
+};
 
 /// A lesion is listed if its other readings cost this much more (natural logarithm of the odds):
 /// that the vessel is thin there by itself, where it ends sooner than elsewhere, and that the
@@ -220,152 +229,61 @@ Vessel on_longest_path(const TreeReference& tree, const Vessel& vessel, const Di
   return {std::size_t(branch.path), vessel.first, std::size_t(branch.last)};
 }
 
-void find_on_vessel(const CenterlineTree& tree, const TreeReference& reference,
-                    const Vessel& vessel, double doubt, const LesionOptions& options,
-                    std::vector<Lesion>& found) {
-  const Known known{tree.paths[vessel.path], reference, reference.paths[vessel.path]};
+/// Why a narrowing is told, and not listed: the first reason that holds.
+/// @param doubt_in_tree  evidence that a listing needs more
+Doubt reason_to_doubt(const Known& known, const Vessel& vessel, const Dip& dip,
+                      const Lesion& lesion, const CenterlinePath& shown, double doubt_in_tree,
+                      const LesionOptions& options) {
+  if (may_be_a_bridge(known, vessel, dip, lesion)) return Doubt::bridge;
+  const double least = least_evidence_at(known, dip);
+  if (!is_evident(known, vessel, dip, least, 0.0, options)) return Doubt::faint;
+  if (!is_evident(known, vessel, dip, least, doubt_in_tree, options)) return Doubt::crowded;
+  if (options.intensity && is_other_blood(shown, lesion, options.intensity, options.voxel_mm))
+    return Doubt::other_blood;
+  return find_doubt(known, vessel, dip, lesion,
+                    {.is_crowded = doubt_in_tree > 0.0, .is_scan = options.voxel_mm > 0.0});
+}
+
+/// What a dip is: a stenosis, a narrowing that is told of, or nothing. On a line that is named
+/// nothing is in doubt, and nothing is told that little speaks for.
+std::optional<Lesion> judge_dip(const ReferredTree& referred, const Vessel& vessel, const Dip& dip,
+                                double doubt_in_tree, const LesionOptions& options) {
+  const Known known = referred.known(vessel.path);
+  const bool is_named = options.centerline >= 0;
+  if (!is_candidate(known, dip, options)) return {};
+  if (!is_evident(known, vessel, dip, kLeastEvidence, 0.0, options) &&
+      (is_named || !is_told_anyway(known, vessel, dip)))
+    return {};
+  const Vessel shown = is_named ? vessel : on_longest_path(referred.reference, vessel, dip);
+  const CenterlinePath& path = referred.tree.paths[shown.path];
+  Lesion lesion =
+      describe_dip(referred.known(shown.path), shown, dip, least_percent_of(known, dip, options));
+  if (is_no_neck(lesion) || is_refuted_by_sides(lesion, options)) return {};
+  lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
+  if (!is_named)
+    lesion.doubt = reason_to_doubt(known, vessel, dip, lesion, path, doubt_in_tree, options);
+  if (lesion.doubt == Doubt::bridge && known.percent(dip.tightest) < kHalf) return {};
+  lesion.is_too_small = known.reference.diameter[dip.tightest] < options.min_reference_mm;
+  lesion.is_too_thin = is_too_thin(path, lesion, options);
+  lesion.is_stenosis = !lesion.is_left_out();
+  return lesion;
+}
+
+void find_on_vessel(const ReferredTree& referred, const Vessel& vessel, double doubt_in_tree,
+                    const LesionOptions& options, std::vector<Lesion>& found) {
+  const Known known = referred.known(vessel.path);
   for (std::size_t i = vessel.first; i <= vessel.last; ++i) {
     if (known.percent(i) < kShoulderPercent) continue;
     const Dip dip = grow_dip(known, vessel, i);
     i = dip.last;
-    if (!is_candidate(known, dip, options)) continue;
-    if (!is_evident(known, vessel, dip, kLeastEvidence, 0.0, options) &&
-        (options.centerline >= 0 || !is_told_anyway(known, vessel, dip)))
-      continue;
-    const Vessel shown = options.centerline >= 0 ? vessel : on_longest_path(reference, vessel, dip);
-    Lesion lesion = describe_dip({tree.paths[shown.path], reference, reference.paths[shown.path]},
-                                 shown, dip, least_percent_of(known, dip, options));
-    if (is_no_neck(lesion) || is_refuted_by_sides(lesion, options)) continue;
-    const bool is_bridge = may_be_a_bridge(known, vessel, dip, lesion);
-    if (is_bridge && options.centerline < 0 && known.percent(dip.tightest) < kHalf) continue;
-    lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
-    lesion.is_too_small = known.reference.diameter[dip.tightest] < options.min_reference_mm;
-    lesion.is_too_thin = is_too_thin(tree.paths[shown.path], lesion, options);
-    if (options.centerline < 0) {
-      const double least = least_evidence_at(known, dip);
-      lesion.doubt =
-          is_bridge                                                ? Doubt::bridge
-          : !is_evident(known, vessel, dip, least, 0.0, options)   ? Doubt::faint
-          : !is_evident(known, vessel, dip, least, doubt, options) ? Doubt::crowded
-          : options.intensity && is_other_blood(tree.paths[shown.path], lesion, options.intensity,
-                                                options.voxel_mm)
-              ? Doubt::other_blood
-              : find_doubt(known, vessel, dip, lesion,
-                           {.is_crowded = doubt > 0.0, .is_scan = options.voxel_mm > 0.0});
-    }
-    lesion.is_stenosis = !lesion.is_left_out();
-    found.push_back(lesion);
+    if (const auto lesion = judge_dip(referred, vessel, dip, doubt_in_tree, options))
+      found.push_back(*lesion);
   }
   if (const std::optional<Lesion> diffuse =
           find_diffuse(known, vessel, options.min_stenosis_percent);
       diffuse && diffuse->reference_diameter_mm >= options.min_reference_mm &&
-      !is_too_thin(tree.paths[vessel.path], *diffuse, options))
+      !is_too_thin(referred.tree.paths[vessel.path], *diffuse, options))
     found.push_back(*diffuse);
-}
-
-/// Distance [mm] from a point to the nearest branching on its path.
-double distance_to_branching(const CenterlinePath& path, double s) {
-  double nearest = path.abscissa.back();
-  for (const CenterlineTract& tract : path.tracts) {
-    if (!tract.blanking) continue;
-    const double begin = path.abscissa[std::size_t(tract.first_point)];
-    const double end = path.abscissa[std::size_t(tract.last_point)];
-    nearest = std::min(nearest, std::max({begin - s, s - end, 0.0}));
-  }
-  return nearest;
-}
-
-/// Whether the narrowing at a point, if there is one, is but a bridge.
-bool is_on_bridge(const Known& known, const Vessel& vessel, std::size_t i) {
-  const double s = known.path.abscissa[i];
-  if (known.percent(i) < kShoulderPercent)
-    return turns_like_a_bridge(known.path, s, known.reference.diameter[i]);
-  const Lesion lesion = describe_dip(known, vessel, grow_dip(known, vessel, i));
-  return is_no_neck(lesion) || looks_like_a_bridge(known.path, lesion);
-}
-
-/// Whether the largest circle fills two thirds of the section: beside a sac, or where the line
-/// crosses one, it does not.
-bool is_tube(const CenterlinePath& path, std::size_t i) {
-  constexpr double kLeastShare = 2.0 / 3.0;
-  return std::pow(measured_radius(path)[i], 2.0) >=
-         kLeastShare * std::pow(path.equivalent_radius[i], 2.0);
-}
-
-/// Where no stenosis is certain, a vessel that is thinner than its tree makes it over a long
-/// stretch is that thin by itself (behind a wide root, say): the reference is no more than the
-/// median of its own diameters within three diameters of the reference and five of its own.
-/// A short piece of vessel, which a lesion may fill, says nothing of that.
-ReferenceDiameter no_wider_than_around(const Known& known) {
-  constexpr double kLongVessel = 15.0, kAsThin = 1.5;  // of its diameters
-  const std::vector<double>&abscissa = known.path.abscissa, &measured = known.reference.measured;
-  ReferenceDiameter own = known.reference;
-  for (std::size_t i = 0; i < abscissa.size(); ++i) {
-    if (!known.is_measured(i)) continue;
-    const double reach = std::max(3.0 * known.reference.diameter[i], 5.0 * measured[i]);
-    const auto first = std::lower_bound(abscissa.begin(), abscissa.end(), abscissa[i] - reach),
-               last = std::upper_bound(abscissa.begin(), abscissa.end(), abscissa[i] + reach);
-    std::vector<double> around;
-    for (auto at = first; at != last; ++at)
-      if (const double d = measured[std::size_t(at - abscissa.begin())]; d > 0.0)
-        around.push_back(d);
-    const double width = median(std::move(around));
-    const auto is_as_thin = [&](std::size_t k) { return measured[k] <= kAsThin * width; };
-    std::size_t begin = i, end = i;
-    while (begin > 0 && is_as_thin(begin - 1)) --begin;
-    while (end + 1 < abscissa.size() && is_as_thin(end + 1)) ++end;
-    if (abscissa[end] - abscissa[begin] >= kLongVessel * width)
-      own.diameter[i] = std::min(own.diameter[i], width);
-  }
-  return own;
-}
-
-/// The tightest place, relative to the reference, that leaves room for a balloon on both sides, in
-/// a vessel that balloons are made for, and a diameter away from branchings, if there is one.
-Lesion tightest_place(const Known& known, double min_reference_mm) {
-  const CenterlinePath& path = known.path;
-  const Vessel whole{0, 0, path.points.size() - 1};
-  const double length = path.abscissa.back();
-  std::optional<std::size_t> best;
-  double best_score = 0.0;
-  std::size_t middle = 0;
-  // Rather where a balloon is placed unasked; in the last resort, anywhere.
-  const double trial = std::max(kLeastTreated, min_reference_mm);
-  struct Asked {
-    double diameters, least;
-    bool tube;
-  };
-  for (const auto& [diameters, least, tube] : {Asked{1.0, trial, true},
-                                               {0.0, trial, true},
-                                               {1.0, min_reference_mm, true},
-                                               {0.0, min_reference_mm, true},
-                                               {1.0, trial, false},
-                                               {0.0, trial, false},
-                                               {1.0, min_reference_mm, false},
-                                               {0.0, min_reference_mm, false},
-                                               {-1.0, 0.0, false}}) {
-    if (best) break;
-    for (std::size_t i = 0; i < path.points.size(); ++i) {
-      const double s = path.abscissa[i];
-      if (s <= 0.5 * length) middle = i;
-      const double d = known.reference.diameter[i];
-      // A balloon of a few mm with its cones, or two diameters of the healthy vessel: a closed end
-      // tapers to nothing within one.
-      const double margin = std::min(std::max(2.0 * d, 5.0 + d), 0.4 * length);
-      if (!known.is_measured(i) || s < margin || length - s < margin) continue;
-      if (distance_to_branching(path, s) < diameters * d) continue;
-      if (d < least || (tube && !is_tube(path, i)) ||
-          (diameters >= 0.0 && is_on_bridge(known, whole, i)))
-        continue;
-      // Two points of %DS are no difference: then rather in the middle.
-      const double score = known.percent(i) - 4.0 * std::abs(s / length - 0.5);
-      if (best && score <= best_score) continue;
-      best = i;
-      best_score = score;
-    }
-  }
-  const std::size_t at = best.value_or(middle);
-  return describe_dip(known, whole, {at, at, at});
 }
 
 std::size_t index_of_path(const CenterlineTree& tree, int id) {
@@ -395,16 +313,6 @@ Lesion lesion_at(const Known& known, const LesionOptions& options) {
   return lesion;
 }
 
-/// A tree and what it would be like if it were healthy.
-struct ReferredTree {
-  const CenterlineTree& tree;
-  TreeReference reference;
-
-  [[nodiscard]] Known known(std::size_t path) const {
-    return {tree.paths[path], reference, reference.paths[path]};
-  }
-};
-
 /// The narrowings of one tree.
 void find_in_tree(const ReferredTree& referred, const LesionOptions& options,
                   std::vector<Lesion>& found) {
@@ -412,11 +320,11 @@ void find_in_tree(const ReferredTree& referred, const LesionOptions& options,
   if (options.centerline >= 0) {
     const std::size_t chosen = index_of_path(tree, options.centerline);
     const Vessel whole{chosen, 0, tree.paths[chosen].points.size() - 1};
-    return find_on_vessel(tree, reference, whole, 0.0, options, found);
+    return find_on_vessel(referred, whole, 0.0, options, found);
   }
   const double doubt = doubt_in(tree, reference);
   for (const Vessel& vessel : find_vessels(reference))
-    find_on_vessel(tree, reference, vessel, doubt, options, found);
+    find_on_vessel(referred, vessel, doubt, options, found);
 }
 
 /// Does a narrowing lie on a path? Paths that part later have the stretch before in common.

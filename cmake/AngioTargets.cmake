@@ -15,15 +15,28 @@ if(ANGIO_CHECKS)
   target_compile_definitions(angio_warnings INTERFACE ANGIO_CHECKS)
 endif()
 
-# angio_add_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...])
-# Makes the static library angio_NAME and its alias angio::NAME.
+# What a quick build (ANGIO_QUICK_BUILD) optimises less, as nothing waits for its speed.
+function(angio_optimize_less name level)
+  if(ANGIO_QUICK_BUILD)
+    target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${level}>)
+  endif()
+endfunction()
+if(ANGIO_QUICK_BUILD)  # its kernels are compiled, to see that they can be; where they run, there is a GPU to build for
+  add_compile_options($<$<COMPILE_LANG_AND_ID:CUDA,NVIDIA>:SHELL:-Xcicc -O1 -Xptxas -O1>)
+endif()
+
+# angio_add_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...] [LIGHT])
+# Makes the static library angio_NAME and its alias angio::NAME. LIGHT: it does no heavy work.
 function(angio_add_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "LIGHT" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(angio_${name} STATIC ${ARG_SOURCES})
   add_library(angio::${name} ALIAS angio_${name})
   target_compile_features(angio_${name} PUBLIC cxx_std_20)
   target_include_directories(angio_${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(angio_${name} PUBLIC ${ARG_PUBLIC} PRIVATE angio_warnings ${ARG_PRIVATE})
+  if(ARG_LIGHT)
+    angio_optimize_less(angio_${name} -O1)
+  endif()
 endfunction()
 
 # angio_add_test(NAME SOURCES ... LINK ... [LABEL unit|gpu|pipeline] [TIMEOUT seconds] [EACH])
@@ -41,6 +54,11 @@ function(angio_add_test name)
   set(properties LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE angio::testing ${ARG_LINK} angio_warnings GTest::gtest_main GTest::gmock)
+  if(ARG_LABEL STREQUAL "pipeline")  # the work is done by the program that they start
+    angio_optimize_less(${name} -O0)
+  else()
+    angio_optimize_less(${name} -O1)
+  endif()
   if(ARG_EACH)
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
   else()

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 /// Numbers that a result of a balloon angioplasty is held against. Each stands here alone.
 namespace angio::limits {
 
@@ -19,5 +21,10 @@ inline constexpr double kMostBalloonToArteryRatio = 1.1;
 /// Lumen beside the lesion at the peak over the same before: the same limit, and a tenth for what
 /// diameters of a vessel vary by themselves.
 inline constexpr double kMostWideningBeside = 1.2;
+
+/// Is a value over a limit as both are told: in whole steps of so much?
+inline bool is_over(double value, double limit, double step) {
+  return std::round(value / step) > std::round(limit / step);
+}
 
 }  // namespace angio::limits

@@ -33,10 +33,7 @@ constexpr const char *kResidual = "residual_stenosis_percent", *kRecoil = "recoi
 
 double to_steps_of(double step, double value) { return step * std::round(value / step); }
 
-/// Beyond a limit as both are told.
-bool is_over(double value, double limit, double step) {
-  return std::round(value / step) > std::round(limit / step);
-}
+using limits::is_over;
 
 /// A number of metrics.json; NaN: none.
 double number_at(const json& metrics, const char* pointer) {

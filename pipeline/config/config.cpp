@@ -43,6 +43,20 @@ void apply_table(Config& config, const toml::table& table, const std::string& wh
   }
 }
 
+/// A chart is that of one balloon: of another size it says nothing.
+void check_balloon_has_chart(double nominal_diameter_mm,
+                             const std::vector<simulation::ChartPoint>& chart) {
+  constexpr double kBeyond = 0.1;  // of a diameter: the chart may begin above the nominal pressure
+  if (!(nominal_diameter_mm > 0.0) || chart.empty()) return;
+  const double least = chart.front().diameter_mm, most = chart.back().diameter_mm;
+  if (nominal_diameter_mm < (1.0 - kBeyond) * least || nominal_diameter_mm > (1.0 + kBeyond) * most)
+    throw OptionError(fmt::format(
+        "balloon.nominal_diameter_mm is {:g}, but balloon.chart is that of another balloon, {:g} "
+        "to {:g} mm wide. Name the balloon that is meant, or take the chart away (balloon.chart = "
+        "[], balloon.rest_diameter_mm = 0)",
+        nominal_diameter_mm, least, most));
+}
+
 }  // namespace
 
 void Config::validate() const {
@@ -84,6 +98,7 @@ void Config::validate() const {
   wall_layers.validate();
   if (wall_model == simulation::WallModel::layered)
     wall_layer_options(wall_layers, simulation.wall.thickness_ratio).validate();
+  check_balloon_has_chart(balloon.nominal_diameter_mm, simulation.balloon.chart);
   constexpr double kSomeDiameter = 3.0;  // what is left to the size is valid at any
   solver_options(simulation, plaque, balloon.shaft_diameter_mm, kSomeDiameter,
                  is_usual_balloon(simulation.balloon, balloon.rest_diameter_mm))

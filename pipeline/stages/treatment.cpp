@@ -74,7 +74,9 @@ std::optional<WideningBeside> widening_beside(const centerline::LumenProfile& be
 
 std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& widening,
                                            bool is_lesion) {
-  if (!widening || widening->ratio <= limits::kMostWideningBeside) return {};
+  constexpr double kHundredth = 0.01;  // what the ratio is told to
+  if (!widening || !limits::is_over(widening->ratio, limits::kMostWideningBeside, kHundredth))
+    return {};
   return {fmt::format(
       "beside {} the balloon widens the vessel from {:.1f} to {:.1f} mm, {:.1f} mm from "
       "the inlet: {:.2f} times, at most {:.1f} is asked. A shorter or a smaller balloon spares "

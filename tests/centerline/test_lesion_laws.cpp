@@ -466,6 +466,30 @@ TEST(LesionReferences, AreNoWiderThanBothSides) {
   EXPECT_EQ(between(3.4, 0.59).reference_rule, "tree");
 }
 
+// A vessel of 4 mm is 3.4 mm wide on both sides of a throat: what is 30 % or more of 4 mm alone is
+// none, and is not told either.
+TEST(LesionReferences, ThatBothSidesRefuteMakeNoStenosis) {
+  const auto narrowings = [](double throat) {
+    const CenterlineTree tree = tree_of({line_of(
+        [=](double s) {
+          const double vessel = std::abs(s - 35.0) < 11.0 ? 3.4 : 4.0;
+          return vessel * narrowed(s, 35.0, 4.0, 1.0 - throat / 3.4);
+        },
+        70.0)});
+    std::vector<Lesion> found = find_lesions(tree, {});
+    std::erase_if(found, [](const Lesion& lesion) {
+      return !lesion.is_stenosis && lesion.doubt == Doubt::none;  // the trial place
+    });
+    return found;
+  };
+  const std::vector<Lesion> deep = narrowings(1.7);
+  ASSERT_EQ(deep.size(), 1U);
+  EXPECT_TRUE(deep[0].is_stenosis);
+  EXPECT_EQ(deep[0].reference_rule, "sides");
+  EXPECT_NEAR(deep[0].diameter_stenosis_percent, 50.0, 1.0);
+  EXPECT_TRUE(narrowings(2.6).empty());
+}
+
 TEST(TightestPlace, BehindAWideRootIsReferredToTheVesselItself) {
   // A root of 8.5 mm that ends slowly, then a vessel of 5.5 mm that undulates.
   const auto diameter = [](double s) {

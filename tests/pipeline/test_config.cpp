@@ -5,6 +5,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "pipeline/case/stage.hpp"
+#include "pipeline/config/balloon_file.hpp"
 #include "pipeline/config/config.hpp"
 #include "run_program.hpp"
 
@@ -95,6 +96,21 @@ TEST(Config, ValuesOutsideTheirRangeAreRefused) {
     apply_setting(config, assignment);
     message_of([&] { config.validate(); }, ExitCode::bad_config);
   }
+}
+
+TEST(Config, ABalloonOfAnotherSizeThanItsChartIsRefused) {
+  Config config;
+  apply_balloon(config, balloon_catalogue("").front());
+  EXPECT_NO_THROW(config.validate());
+  const double nominal = config.balloon.nominal_diameter_mm;
+  for (const double other : {0.6 * nominal, 1.5 * nominal}) {
+    config.balloon.nominal_diameter_mm = other;
+    EXPECT_NE(message_of([&] { config.validate(); }, ExitCode::bad_config)
+                  .find("is that of another balloon"),
+              std::string::npos);
+  }
+  config.simulation.balloon.chart.clear();
+  EXPECT_NO_THROW(config.validate());
 }
 
 TEST(Config, EndsThatAreNotOfAllViewsThatAreNamedAreRefused) {

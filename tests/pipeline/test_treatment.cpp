@@ -64,6 +64,9 @@ TEST(WideningBeside, IsTheMostThatHealthyVesselGivesWay) {
       << "there is none";
   EXPECT_NEAR(widening_with(6.3)->ratio, 1.05, 1e-12) << "neither the lesion nor the dip counts";
   EXPECT_TRUE(widening_warnings(widening_with(6.3), true).empty());
+  // 1.204 times is told as 1.20, which is the limit.
+  EXPECT_TRUE(widening_warnings(widening_with(7.224), true).empty());
+  EXPECT_EQ(widening_warnings(widening_with(7.236), true).size(), 1U);
   EXPECT_FALSE(widening_beside({}, {}, {{20.0, 30.0}}, 6.0));
 }
 

@@ -200,7 +200,7 @@ std::vector<Figure> draw_contact_sheet(const ReportContent& content) {
   }
   return {{"cross_sections.png",
            "Cross-sections at right angles to the vessel, along the flow; the numbers are the "
-           "distance from the tightest place.",
+           "distance from the place that is treated.",
            to_picture(sheet)}};
 }
 

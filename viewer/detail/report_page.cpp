@@ -117,10 +117,10 @@ std::string page_end(const Metrics& metrics, const std::string& run_json) {
       "All numbers", tables.empty()
                          ? tables
                          : "<p>A finer mesh changes the lesion's diameters, areas and gain and the "
-                           "flow by up to 4 %, the pressure drop that is left by 8 %, contact's "
-                           "gap, area and pressures, the "
-                           "volume over its strength and the medians and 99 % of stress and strain "
-                           "by 10 to 48 %.</p>\n<div "
+                           "flow by up to 4 %, the pressure drop that is left by 9 %, under the "
+                           "balloon strains by up to 16 % (plastic ones by 33 %) and stresses by "
+                           "up to 27 %, the volume over its strength by 11 %, contact's gap, area "
+                           "and pressures by 16 to 48 %.</p>\n<div "
                            "class=\"tables\">" +
                                tables + "</div>\n");
   page += section("Conventions", kMethodNotes);
