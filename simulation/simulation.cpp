@@ -57,18 +57,9 @@ void summarize(const SimulationFrame& frame, bool is_air_whole, SimulationSummar
     ++summary.frames_without_air;
 }
 
+/// Of the treatment first, then of the solver.
 void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
   char text[300];
-  for (std::string& warning : pbd_warnings(options)) summary.warnings.push_back(std::move(warning));
-  if (slow_frames > 0) {
-    std::snprintf(
-        text, sizeof text,
-        "the forces on balloon and wall are off balance by up to %.0f %%, and by more than "
-        "%.0f %% in %d of %d frames; the solver needs shorter time steps or more sweeps "
-        "to balance them (simulation.frame_s, simulation.sweeps)",
-        100.0 * summary.worst_residual, 100.0 * kWarnResidual, slow_frames, summary.frame_count);
-    summary.warnings.emplace_back(text);
-  }
   const double asked = options.inflation.peak_pressure_atm;
   const double rated = options.inflation.rated_burst_atm;
   if (rated > 0.0 && summary.peak_pressure_atm > rated) {
@@ -90,6 +81,16 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
   if (summary.max_penetration_mm > 0.0) {
     std::snprintf(text, sizeof text, "balloon and wall cross by up to %.4f mm",
                   summary.max_penetration_mm);
+    summary.warnings.emplace_back(text);
+  }
+  for (std::string& warning : pbd_warnings(options)) summary.warnings.push_back(std::move(warning));
+  if (slow_frames > 0) {
+    std::snprintf(
+        text, sizeof text,
+        "the forces on balloon and wall are off balance by up to %.0f %%, and by more than "
+        "%.0f %% in %d of %d frames; the solver needs shorter time steps or more sweeps "
+        "to balance them (simulation.frame_s, simulation.sweeps)",
+        100.0 * summary.worst_residual, 100.0 * kWarnResidual, slow_frames, summary.frame_count);
     summary.warnings.emplace_back(text);
   }
 }

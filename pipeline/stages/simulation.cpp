@@ -266,15 +266,16 @@ void do_simulation(StageWork& work, const SimulationSettings& settings) {
                              part(work.progress, 0.0, 0.95));
   frames.finish();
   const simulation::SimulationSummary& summary = runs.first;
-  keep(work.warnings, summary.warnings);
+  keep_timing(work, summary);
+  if (summary.failure.empty())
+    write_result(work, settings, placement,
+                 {model, options, lumen, runs, frames.kept(), frames.most_dogboning_percent()});
+  keep(work.warnings, summary.warnings);  // after what is told of the treatment
   if (settings.get<fold_count>() > 0 && !asked.contact.self_contact)
     keep(work.warnings,
          {"the folds' lobes may pass through each other: contact of the balloon with "
           "itself is not computed (simulation.self_contact)"});
-  keep_timing(work, summary);
-  if (!summary.failure.empty()) return tell_of_failure(work, placement, summary);
-  write_result(work, settings, placement,
-               {model, options, lumen, runs, frames.kept(), frames.most_dogboning_percent()});
+  if (!summary.failure.empty()) tell_of_failure(work, placement, summary);
 }
 
 }  // namespace angio::pipeline

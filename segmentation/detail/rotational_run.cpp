@@ -65,6 +65,7 @@ std::string refusal_of_distances(const ProjectionRun& run) {
 }
 
 std::string refusal_of_turn(const DicomHeader& header, const ProjectionRun& run) {
+  if (!header.problem.empty()) return header.problem;
   const int frames = int(header.frames.size());
   if (frames < kLeastFrames)
     return "the run has " + std::to_string(frames) +

@@ -251,6 +251,11 @@ TEST(ClearEnds, AThreefoldBalloonAboveItsRatedBurstRunsAndIsWarnedOfInTheReport)
   const std::string report = file_text(folder.path() / "c/report/index.html");
   EXPECT_NE(report.find("rated burst pressure"), std::string::npos);
   EXPECT_NE(report.find("times the vessel"), std::string::npos);
+  // What the balloon does to the vessel is told before what the solver says of itself.
+  const json stages = read_json_file(folder.path() / "c/run.json").at("stages");
+  const std::string told = stages.at("simulation").at("warnings").dump();
+  EXPECT_LT(told.find("beside the lesion the balloon widens"), told.find("rated burst pressure"));
+  EXPECT_LT(told.find("rated burst pressure"), told.find("off balance"));
   EXPECT_EQ(read_json_file(folder.path() / "c/metrics.json")
                 .at("simulation")
                 .at("max_penetration_mm")

@@ -114,6 +114,16 @@ TEST_F(ProjectionRuns, AMagnificationThatContradictsTheDistancesIsTold) {
   EXPECT_THAT(run.notes, Contains(HasSubstr("is not that of the distances")));
 }
 
+TEST_F(ProjectionRuns, ThatTurnAreRefusedForTheirPixelsWhereThoseCannotBeRead) {
+  write_slice(file("a"), run_of_four([](DcmDataset& d) {
+                put(d, DCM_PositionerPrimaryAngle, "-90");
+                put(d, DCM_PositionerPrimaryAngleIncrement, "0\\60\\120\\180");
+                d.putAndInsertUint16(DCM_BitsStored, 30);
+              }));
+  EXPECT_THAT(refusal(), HasSubstr("the pixel format is not supported (16 bits allocated, 30"));
+  EXPECT_FALSE(inspect(folder())[0].is_rotational);
+}
+
 TEST_F(ProjectionRuns, AnglesAreBasePlusIncrementAndNoRunningSum) {
   write_slice(file("a"), run_of_four([](DcmDataset& d) {
                 put(d, DCM_PositionerPrimaryAngle, "-30");
