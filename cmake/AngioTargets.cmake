@@ -39,6 +39,8 @@ function(angio_add_library name)
   endif()
 endfunction()
 
+add_custom_target(all_tests)  # what ctest starts, and with it the program
+
 # angio_add_test(NAME SOURCES ... LINK ... [LABEL unit|gpu|pipeline] [TIMEOUT seconds] [EACH])
 # One GoogleTest program, and one test of CTest, so that 2,000 cases do not load the libraries 2,000 times.
 # EACH: a test of CTest a case, where a second one in the same process does not work.
@@ -54,6 +56,7 @@ function(angio_add_test name)
   set(properties LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE angio::testing ${ARG_LINK} angio_warnings GTest::gtest_main GTest::gmock)
+  add_dependencies(all_tests ${name})
   if(ARG_LABEL STREQUAL "pipeline")  # the work is done by the program that they start
     angio_optimize_less(${name} -O0)
   else()

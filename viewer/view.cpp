@@ -20,10 +20,13 @@ std::string display_name() {
 }
 
 void check_keys(const std::vector<std::string>& keys) {
-  for (const std::string& key : keys)
-    if (!window::action_of_key(key))
-      throw Error(ExitCode::usage, "no key of the viewer is called " + key +
-                                       ". `angio view --help` and viewer/README.md list them");
+  for (const std::string& key : keys) {
+    if (window::action_of_key(key)) continue;
+    std::string known;
+    for (const window::ActionText& action : window::action_table())
+      known += (known.empty() ? "" : " ") + action.keys.front();
+    throw Error(ExitCode::usage, "no key of the viewer is called " + key + ". There are: " + known);
+  }
 }
 
 void press_keys(window::ViewWindow& view, const std::vector<std::string>& keys) {

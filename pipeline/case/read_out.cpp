@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/units.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/doubts.hpp"
@@ -46,11 +48,14 @@ std::string before(const json& metrics, bool is_surface) {
 std::string after(const json& metrics) {
   if (metrics.at("status") == "no_lesion") return "after    no lesion was treated";
   if (metrics.at("status") != "done") return "after    not determined";
+  const double residual = number(metrics, "result", "diameter_stenosis_percent");
+  const std::string left = std::round(residual) < 0.0
+                               ? fmt::format("{:.0f} % wider than the reference", -residual)
+                               : fmt::format("{:.0f} % stenosis", std::abs(residual));
   return fmt::format(
-      "after    minimal lumen diameter {:.2f} mm, {:.0f} % stenosis, recoil {:.0f} %; balloon of "
-      "{:.2f} mm at {:.1f} atm",
-      number(metrics, "result", "mld_mm"), number(metrics, "result", "diameter_stenosis_percent"),
-      number(metrics, "result", "recoil_percent"),
+      "after    minimal lumen diameter {:.2f} mm, {}, recoil {:.0f} %; balloon of {:.2f} mm at "
+      "{:.1f} atm",
+      number(metrics, "result", "mld_mm"), left, number(metrics, "result", "recoil_percent"),
       number(metrics, "balloon", "nominal_diameter_mm"),
       number(metrics, "balloon", "peak_pressure_atm"));
 }

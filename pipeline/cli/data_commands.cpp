@@ -87,6 +87,7 @@ std::string verdict_on(const segmentation::SeriesSummary& s, const Findings& fin
   if (as == "view")
     return fmt::format("usable by `angio run`: view {} of a C-arm that stood still",
                        findings.view_of(s)->number);
+  if (s.is_rotational) return "refused: a rotational run that no volume can be made of";
   return (s.usable ? "usable: " : "refused: ") + s.verdict;
 }
 

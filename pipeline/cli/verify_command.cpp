@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
@@ -60,6 +61,7 @@ int do_verify(const VerifyArguments& arguments) {
     unclean_count += found.findings.empty() ? 0 : 1;
   }
   if (unclean_count == 0) return int(ExitCode::done);
+  std::fflush(stdout);  // both may go to one file
   const std::string what =
       arguments.cases.size() == 1
           ? arguments.cases.front().string() + " is"

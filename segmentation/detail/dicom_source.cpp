@@ -153,6 +153,9 @@ DicomInput list_dicom_input(const fs::path& path) {
     walk.enter(path);
     return walk.take();
   }
+  if (!fs::exists(path))
+    throw InputError("there is no " + path.string() + " (no such file or folder). Check the path",
+                     ExitCode::no_input);
   if (!fs::is_regular_file(path))
     throw InputError(
         "the input is neither a file nor a folder (a pipe or a device cannot be read twice). Give "

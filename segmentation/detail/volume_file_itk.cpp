@@ -107,6 +107,10 @@ bool check_header_text(const std::filesystem::path& path, const std::string& for
   const std::string text = header_text(path, format);
   const std::string name = path.filename().string();
   const bool nrrd = format == "NRRD";
+  if (nrrd ? !text.starts_with("nrrd") : text.find("ndims") == std::string::npos)
+    throw InputError(name + " is no " + format + " file (" +
+                     (nrrd ? "it does not begin with NRRD" : "its header states no NDims") +
+                     "). Check what it is, or export the volume again");
   const bool has_spacing = nrrd ? text.find("\nspace directions:") != std::string::npos ||
                                       text.find("\nspacings:") != std::string::npos
                                 : text.find("elementspacing") != std::string::npos ||

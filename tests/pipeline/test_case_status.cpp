@@ -207,6 +207,9 @@ TEST(ReadOut, SaysWhatWasBeforeWhatIsAfterAndWhatToDoubt) {
             "after    minimal lumen diameter 2.25 mm, 25 % stenosis, recoil 28 %; balloon of 3.00 "
             "mm at 8.0 atm");
   EXPECT_EQ(treated.lines()[2], "to doubt the wall is thin");
+  treated.metrics["result"]["diameter_stenosis_percent"] = -151.0;
+  EXPECT_NE(treated.lines()[1].find("2.25 mm, 151 % wider than the reference, recoil"),
+            std::string::npos);
   treated.record.stages[Stage::centerline].warnings = {"two vessels touch"};
   EXPECT_EQ(treated.lines()[2], "to doubt two vessels touch (1 more in the report)");
   const std::string throat = std::string(kUnmeasuredThroat) + " (0.65 mm)";

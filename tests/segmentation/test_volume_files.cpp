@@ -219,6 +219,13 @@ TEST_F(VolumeFiles, WithoutSpacingOrWithOtherUnitsOrSkewAreRefused) {
   EXPECT_THAT(error_of(file("bare.mha")).what(), HasSubstr("states no voxel spacing"));
 }
 
+TEST_F(VolumeFiles, WhatIsNoVolumeButIsNamedForOneIsCalledSo) {
+  for (const char* name : {"words.nrrd", "words.mha"}) {
+    std::ofstream(file(name)) << "not a volume\n";
+    EXPECT_THAT(error_of(file(name)).what(), HasSubstr(std::string(name) + " is no "));
+  }
+}
+
 TEST_F(VolumeFiles, DamagedFilesAreRefusedWithOneLine) {
   formats::write_nrrd(file("whole.nrrd"), oblique_volume());
   const std::string bytes = read_text(file("whole.nrrd"));

@@ -42,6 +42,30 @@ TEST(FrameTree, LooksAtTheBroadSideFromTheFrontHeadUp) {
   EXPECT_NEAR(frame.right().x, 1.0, 1e-3);  // the patient's left at the right of the picture
 }
 
+TEST(FrameTree, LooksAlongWhatIsAskedForWhereTheTreeIsHardlyDeeper) {
+  const TriangleMesh straight = make_tube({.depth = 0.0, .bend_mm = 0.0}),
+                     bent = make_tube({.depth = 0.0, .bend_mm = 30.0});
+  const Vec3 across = normalized(Vec3{0.6, 0.8, 0.0});
+  EXPECT_NEAR(dot(frame_tree(straight, across).direction, across), 1.0, 1e-9);
+  const Vec3 flat = frame_tree(bent).direction;
+  const Vec3 in_its_plane = normalized(cross(flat, frame_tree(bent).up));
+  EXPECT_NEAR(dot(frame_tree(bent, in_its_plane).direction, flat), 1.0, 1e-9);
+}
+
+TEST(IncludeCircle, OpensTheFrameAsFarAsNeeded) {
+  const TriangleMesh mesh = make_tube({.bend_mm = 8.0});
+  const ViewFrame frame = frame_tree(mesh);
+  ViewFrame same = frame, open = frame;
+  include_circle(same, frame.focus, 0.5 * std::min(frame.half_width_mm, frame.half_height_mm));
+  EXPECT_EQ(same.half_width_mm, frame.half_width_mm);
+  EXPECT_EQ(same.half_height_mm, frame.half_height_mm);
+  const Vec3 edge = frame.focus + frame.half_width_mm * frame.right();
+  include_circle(open, edge, 5.0);
+  expect_inside(open, mesh.vertices);
+  expect_inside(open, {edge + 5.0 * open.right(), edge + 5.0 * open.up, edge - 5.0 * open.up});
+  EXPECT_LT(open.half_width_mm, frame.half_width_mm + 5.0);
+}
+
 TEST(FrameTree, MeshesWithoutExtentGiveAFrame) {
   TriangleMesh point;
   point.vertices = {{1, 2, 3}};

@@ -95,9 +95,21 @@ double usual_peak(const std::vector<Moment>& moments) {
   return peak;
 }
 
+ViewFrame tree_frame(const ReportContent& content) {
+  const CenterlinePath* path = lesion_path(content);
+  if (!path || content.lumen.vertices.empty()) return frame_tree(content.lumen);
+  return frame_tree(content.lumen,
+                    frame_lesion(content.lumen, {}, *path, content.lesion_abscissa_mm).direction);
+}
+
 Figure draw_tree(const ReportContent& content) {
-  constexpr int kStrip = 120;  // for the scale bar and the axes
-  ViewFrame frame = frame_tree(content.lumen);
+  constexpr int kStrip = 120;    // for the scale bar and the axes
+  constexpr double kRing = 4.0;  // radii of the lumen
+  ViewFrame frame = tree_frame(content);
+  const CenterlinePath* path = lesion_path(content);
+  const CenterlineSample lesion =
+      path ? sample(*path, content.lesion_abscissa_mm) : CenterlineSample{};
+  if (path) include_circle(frame, lesion.point, std::max(kRing * lesion.inscribed_radius, 1e-3));
   const double aspect = std::clamp(frame.half_width_mm / frame.half_height_mm, 0.6, 2.0);
   const int width = aspect >= 1.0 ? kTreeLongSide : int(kTreeLongSide * aspect);
   const int scene_height = aspect >= 1.0 ? int(kTreeLongSide / aspect) : kTreeLongSide;
@@ -109,11 +121,10 @@ Figure draw_tree(const ReportContent& content) {
   const auto renderer = make_stage();
   renderer->AddActor(make_surface(content.lumen, {colors::kLumen, 1.0}));
   aim(renderer, frame, picture_aspect);
-  if (const CenterlinePath* path = lesion_path(content)) {
-    const CenterlineSample lesion = sample(*path, content.lesion_abscissa_mm);
+  if (path) {
     constexpr double kLeastRing = 0.03;  // of the picture's height
     const double ring =
-        std::max(4.0 * lesion.inscribed_radius / (2.0 * frame.half_height_mm), kLeastRing);
+        std::max(kRing * lesion.inscribed_radius / (2.0 * frame.half_height_mm), kLeastRing);
     add_mark(renderer, place_in_picture(frame, picture_aspect, lesion.point), ring,
              site_name(content), width * kSupersampling, height * kSupersampling, kSupersampling);
   }

@@ -8,6 +8,10 @@
 
 namespace angio::viewer::detail {
 
+/// Where the whole tree is looked at from: at its broadest, and of a straight vessel from the side
+/// on which the lesion looks narrowest.
+ViewFrame tree_frame(const ReportContent& content);
+
 /// The whole vessel tree with the lesion ringed. An OffscreenDisplay must live for these.
 Figure draw_tree(const ReportContent& content);
 

@@ -4,6 +4,7 @@
 
 #include "core/centerline_trees.hpp"
 #include "formats/text.hpp"
+#include "viewer/detail/pictures_3d.hpp"
 #include "viewer/detail/rendering.hpp"
 #include "viewer/detail/scene.hpp"
 #include "viewer/detail/sheet_pictures.hpp"
@@ -198,8 +199,8 @@ Picture draw_named_tree(const SheetCase& sheet, int width, int height) {
   constexpr double kRoomForNames = 1.16;
   const auto& content = sheet.content;
   Projector project{
-      frame_tree(content.lumen.vertices.empty() ? points_of(content.tree) : content.lumen), width,
-      height};
+      content.lumen.vertices.empty() ? frame_tree(points_of(content.tree)) : tree_frame(content),
+      width, height};
   project.frame.half_width_mm *= kRoomForNames;
   project.frame.half_height_mm *= kRoomForNames;
   Canvas canvas(render_tree(sheet, project));

@@ -91,10 +91,14 @@ struct ProfileJudge {
 
 }  // namespace
 
-ViewFrame frame_tree(const TriangleMesh& mesh) {
+ViewFrame frame_tree(const TriangleMesh& mesh, const std::optional<Vec3>& rather) {
+  constexpr double kHardlyDeeper = 2.0;
   ViewFrame frame;
   if (mesh.vertices.empty()) return frame;
-  frame.direction = least_axis(covariance(mesh.vertices));
+  const Mat3 spread = covariance(mesh.vertices);
+  frame.direction = least_axis(spread);
+  const auto depth = [&](const Vec3& direction) { return dot(direction, spread * direction); };
+  if (rather && depth(*rather) <= kHardlyDeeper * depth(frame.direction)) frame.direction = *rather;
   const double facing = frame.direction.y + 0.01 * frame.direction.x + 0.001 * frame.direction.z;
   if (facing < 0.0) frame.direction = -frame.direction;
   const Vec3 head = without({0, 0, 1}, frame.direction);
@@ -102,6 +106,18 @@ ViewFrame frame_tree(const TriangleMesh& mesh) {
   frame.up = normalized(norm(head) > 0.3 ? head : without({0, -1, 0}, frame.direction));
   fit(frame, mesh.vertices);
   return frame;
+}
+
+void include_circle(ViewFrame& frame, const Vec3& centre, double radius_mm) {
+  const auto open = [&](const Vec3& axis, double& half) {
+    const double at = dot(centre - frame.focus, axis), reach = kMargin * radius_mm;
+    const double low = std::min(-half, at - reach), high = std::max(half, at + reach);
+    half = 0.5 * (high - low);
+    return 0.5 * (high + low);
+  };
+  const Vec3 right = frame.right();
+  const double x = open(right, frame.half_width_mm), y = open(frame.up, frame.half_height_mm);
+  frame.focus += x * right + y * frame.up;
 }
 
 ViewFrame frame_lesion(const TriangleMesh& wall, const TriangleMesh& other,

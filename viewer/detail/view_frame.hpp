@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/centerline.hpp"
 #include "core/triangle_mesh.hpp"
 
@@ -21,8 +23,14 @@ struct ViewFrame {
 /// (principal component analysis), from the patient's front, with the head up where that is
 /// possible.
 ///
-/// @param mesh  at least one vertex; none gives the default frame
-ViewFrame frame_tree(const TriangleMesh& mesh);
+/// @param mesh    at least one vertex; none gives the default frame
+/// @param rather  unit: looked along instead where the tree is hardly deeper along it (of at most
+///                twice the least variance): of a straight vessel the side that shows its lesion
+ViewFrame frame_tree(const TriangleMesh& mesh, const std::optional<Vec3>& rather = {});
+
+/// Opens a frame to hold a circle of the picture, too.
+/// @param radius_mm  > 0
+void include_circle(ViewFrame& frame, const Vec3& centre, double radius_mm);
 
 /// The lesion in profile: at right angles to the vessel there, flow from left to right, turned
 /// about the vessel to where the lumen looks narrowest (as one picks the working view in
