@@ -21,9 +21,11 @@ inline const CenterlinePath* lesion_path(const ReportContent& content) {
   return nullptr;
 }
 
-/// What the place that the pictures show is: where the balloon is, or where one would be tried.
+/// What the place that the pictures show is: where the balloon is, the worst of the stenoses that
+/// are listed, or where a balloon would be tried.
 inline std::string site_name(const ReportContent& content) {
-  return content.moments.empty() ? "trial place" : "balloon site";
+  const bool is_any_listed = content.lesions_json.find('{') != std::string::npos;
+  return !content.moments.empty() ? "balloon site" : is_any_listed ? "stenosis" : "trial place";
 }
 
 }  // namespace angio::viewer::detail
