@@ -163,7 +163,9 @@ int report_usage_error(const CLI::App& app, const CLI::ParseError& error,
   const std::vector<CLI::App*> used = app.get_subcommands();
   if (!used.empty()) text = conversion_fault(*used.front(), text);
   text = std::regex_replace(text, std::regex("([0-9])\\.0{6}(?![0-9])"), "$1");  // of ranges
-  if (used.empty() && !first_word.empty()) text = "there is no command " + first_word;
+  if (used.empty() && !first_word.empty())
+    text =
+        (first_word.starts_with('-') ? "there is no option " : "there is no command ") + first_word;
   std::vector<std::string> known;
   const CLI::App& scope = used.empty() ? app : *used.front();
   for (const CLI::Option* option : scope.get_options())
@@ -265,8 +267,7 @@ int dispatch(int argc, char** argv) {
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
-    return report_usage_error(app, error,
-                              !words.empty() && !words[0].starts_with('-') ? words[0] : "");
+    return report_usage_error(app, error, words.empty() ? "" : words[0]);
   }
   const std::optional<int> exit_code = commands.run();
   return exit_code ? *exit_code : do_describe(app, shell);

@@ -109,6 +109,7 @@ TEST(CommandLine, UsageErrorsReturn64AndSuggest) {
   CommandFolder folder;
   expect_failure("", 64, "--help", folder);
   expect_failure("rnu x -o y", 64, "run", folder);
+  expect_failure("--bogus", 64, "there is no option --bogus", folder);
   expect_failure("run phantom:straight -o '" + folder / "c" + "' --qiet", 64, "--quiet", folder);
   expect_failure("run phantom:straight", 64, "-o", folder);
   expect_failure("run phantom:straight -o '" + folder / "c" + "' --until meshes", 64, "meshing",
