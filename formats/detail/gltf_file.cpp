@@ -8,6 +8,7 @@
 #include <vtkPoints.h>
 
 #include <cstdint>
+#include <exception>
 #include <string>
 #include <string_view>
 
@@ -56,8 +57,13 @@ vtkSmartPointer<vtkPolyData> read_gltf_polygons(const std::filesystem::path& pat
   const VtkMessages messages;
   vtkNew<vtkGLTFReader> reader;
   reader->SetFileName(path.c_str());
-  reader->Update();
-  if (messages.has_error() || reader->GetOutput() == nullptr)
+  bool is_damaged = false;
+  try {
+    reader->Update();
+  } catch (const std::exception&) {  // of the library's JSON, and of lengths that it believes
+    is_damaged = true;
+  }
+  if (is_damaged || messages.has_error() || reader->GetOutput() == nullptr)
     throw InputError(name +
                      " cannot be read as glTF (it is damaged, or its bytes lie in another file). "
                      "Export it as .glb");

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
 #include <system_error>
 
@@ -207,7 +208,9 @@ VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
     const std::size_t count = image.GetBufferedRegion().GetNumberOfPixels();
     if (count != file.volume.geometry.voxel_count()) fail(name, format);
     file.volume.values.assign(image.GetBufferPointer(), image.GetBufferPointer() + count);
-  } catch (const itk::ExceptionObject&) {
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception&) {  // ITK's own, and of lengths that MetaIO believes
     fail(name, format);
   }
   return file;
