@@ -51,7 +51,8 @@ std::optional<WideningBeside> widening_beside(const centerline::LumenProfile& be
                                               const std::vector<Stretch>& lesions,
                                               double reference_mm);
 
-/// A warning where that is over limits::kMostWideningBeside as it is told, in hundredths; else nothing.
+/// A warning where that is over limits::kMostWideningBeside as it is told, in hundredths; else
+/// nothing.
 /// @param is_lesion  false: a balloon is tried where there is none
 std::vector<std::string> widening_warnings(const std::optional<WideningBeside>& widening,
                                            bool is_lesion);
