@@ -22,7 +22,7 @@ function(angio_optimize_less name level)
   endif()
 endfunction()
 if(ANGIO_QUICK_BUILD)  # its kernels are compiled, to see that they can be; where they run, there is a GPU to build for
-  add_compile_options($<$<COMPILE_LANG_AND_ID:CUDA,NVIDIA>:SHELL:-Xcicc -O1 -Xptxas -O1>)
+  add_compile_options("$<$<COMPILE_LANG_AND_ID:CUDA,NVIDIA>:SHELL:-Xcicc -O1 -Xptxas -O1>")
 endif()
 
 # angio_add_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...] [LIGHT])
