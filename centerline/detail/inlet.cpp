@@ -280,11 +280,68 @@ double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
   return cost;
 }
 
+/// The voxels between the ends of two paths from the root; an empty path: the root itself.
+std::vector<int> path_between(const std::vector<int>& a, const std::vector<int>& b) {
+  std::size_t shared = 0;
+  while (shared < a.size() && shared < b.size() && a[shared] == b[shared]) ++shared;
+  const std::size_t first = shared > 0 ? shared - 1 : 0;
+  std::vector<int> between(a.rbegin(), a.rend() - std::ptrdiff_t(std::min(first, a.size())));
+  between.insert(between.end(), b.begin() + std::ptrdiff_t(std::min(shared, b.size())), b.end());
+  return between;
+}
+
+/// The place on a path that is the farthest by a measure, and the way to it [mm].
+template <class Measure>
+std::pair<Vec3, double> farthest_on(const LumenVoxels& lumen, const std::vector<int>& path,
+                                    const Measure& measure) {
+  Vec3 last = lumen.position(path.front());
+  std::pair<Vec3, double> farthest{last, 0.0};
+  double length = 0.0;
+  for (const int v : path) {
+    const Vec3 p = lumen.position(v);
+    length += distance(p, last);
+    last = p;
+    if (measure(p) > measure(farthest.first)) farthest = {p, length};
+  }
+  return farthest;
+}
+
+double length_of(const LumenVoxels& lumen, const std::vector<int>& path) {
+  double length = 0.0;
+  for (std::size_t i = 1; i < path.size(); ++i)
+    length += distance(lumen.position(path[i - 1]), lumen.position(path[i]));
+  return length;
+}
+
+/// The lengths [mm] of the two limbs of an arch, from its ends to its top; nothing of a path that
+/// is none. Both limbs are seen from what is farthest from the straight line between the ends; the
+/// top is what is farthest up, against the middle of both views.
+std::optional<std::array<double, 2>> limbs_of_arch(const LumenVoxels& lumen,
+                                                   const std::vector<int>& path) {
+  constexpr double kLeastRadius = 5.0;                     // [mm]; a child's aorta has it
+  constexpr double kLeastLimb = 3.0, kLeastCosine = 0.25;  // radii; of the angle between the limbs
+  if (path.size() < 3) return {};
+  const double radius = median_depth(lumen, path);
+  if (radius < kLeastRadius) return {};
+  const Vec3 begin = lumen.position(path.front()), end = lumen.position(path.back());
+  const Vec3 chord = normalized(end - begin);
+  const auto [shoulder, ignored] =
+      farthest_on(lumen, path, [&](const Vec3& p) { return norm(cross(p - begin, chord)); });
+  const Vec3 to_begin = normalized(begin - shoulder), to_end = normalized(end - shoulder);
+  if (std::min(distance(begin, shoulder), distance(end, shoulder)) < kLeastLimb * radius ||
+      dot(to_begin, to_end) < kLeastCosine)
+    return {};
+  const Vec3 up = -normalized(to_begin + to_end);
+  const double limb = farthest_on(lumen, path, [&](const Vec3& p) { return dot(p, up); }).second;
+  return std::array{limb, length_of(lumen, path) - limb};
+}
+
 }  // namespace
 
 InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
                          const std::vector<InletCandidate>& candidates) {
   constexpr double kWide = 2.0, kCutOff = 1.25, kMostOfTree = 6.0;
+  constexpr double kLongerLimb = 1.25, kArch = 2.0;
   std::vector<std::vector<int>> paths;
   for (std::size_t c = 1; c < candidates.size(); ++c)
     paths.push_back(trace(front, candidates[c].voxel));
@@ -315,8 +372,7 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
       widest_open = std::max(widest_open, radius_at(c));
   double cubes = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c) cubes += std::pow(radius_at(c), 3);
-  InletChoice choice;
-  double best_cost = 1e300, rival_cost = 1e300;
+  std::vector<std::pair<double, std::size_t>> costs;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!candidates[c].is_open) continue;
     if (candidates[c].is_tip && radius_at(c) < kWiderThanOpen * widest_open) continue;
@@ -324,17 +380,23 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
     // The tree as a whole is a fork, too, and aneurysms at its forks do not change that one.
     const double as_one_fork = std::min(
         misfit_cost(radius, std::max(cubes - std::pow(radius, 3), 1e-6 * cubes)), kMostOfTree);
-    const double cost = tree_cost(stretches, last[c]) + as_one_fork - kWide * std::log(radius);
-    if (cost < best_cost) {
-      if (best_cost < 1e300) choice.rival = choice.best;
-      rival_cost = std::exchange(best_cost, cost);
-      choice.best = c;
-    } else if (cost < rival_cost) {
-      rival_cost = cost;
-      choice.rival = c;
-    }
+    costs.emplace_back(tree_cost(stretches, last[c]) + as_one_fork - kWide * std::log(radius), c);
   }
-  if (rival_cost - best_cost >= kSure) choice.rival.reset();
+  if (costs.empty()) return {};
+  std::stable_sort(costs.begin(), costs.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  if (costs.size() > 1) {
+    const auto path_to = [&](std::size_t c) { return c == 0 ? std::vector<int>() : paths[c - 1]; };
+    auto &one = costs[0], &other = costs[1];
+    const auto limbs =
+        limbs_of_arch(lumen, path_between(path_to(one.second), path_to(other.second)));
+    if (limbs && (*limbs)[0] > kLongerLimb * (*limbs)[1]) one.first += kArch;
+    if (limbs && (*limbs)[1] > kLongerLimb * (*limbs)[0]) other.first += kArch;
+    std::stable_sort(costs.begin(), costs.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+  }
+  InletChoice choice{costs[0].second, {}};
+  if (costs.size() > 1 && costs[1].first - costs[0].first < kSure) choice.rival = costs[1].second;
   return choice;
 }
 

@@ -45,6 +45,11 @@ struct InletChoice {
 /// the wall of a wide vessel is a small end. Where there is but one vessel, open at both ends, r is
 /// that of its rims.
 ///
+/// Where the two ends that cost least are those of one arch (a vessel of 10 mm or more whose limbs
+/// are three radii long or more and seen under less than 75 degrees from its shoulder), that of the
+/// limb that is longer by a quarter costs 2 more: an aorta ascends over a shorter way than it
+/// descends.
+///
 /// Where a surface has two rims or caps or more, a closed tip is a candidate only where it is wider
 /// by a quarter than every one of them (caps count as cut off, so by more): what was cut off is the
 /// trunk, rather.

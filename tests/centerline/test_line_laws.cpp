@@ -296,6 +296,30 @@ TEST(Inlet, IsSaidToBeUncertainWhereTwoEndsAreAlike) {
   for (const CenterlinePath& path : result.tree.paths) EXPECT_LT(path.points.front().z, -22.0);
 }
 
+// An arch of 20 mm that ascends over 40 mm and descends over 100 mm, where it is a little wider;
+// the same in a fifth of the size is no aorta, and its wider end the likelier one.
+TEST(Inlet, OfAnAorticArchIsTheEndOfItsShorterLimb) {
+  const auto begins_at = [](double scale) {
+    constexpr double kUp = 40.0, kRadius = 25.0, kDown = 100.0, kArc = units::kPi * kRadius;
+    const auto curve = [=](double t) {
+      const double s = t * (kUp + kArc + kDown), turn = (s - kUp) / kRadius;
+      const Vec3 p = s < kUp          ? Vec3{0, 0, s}
+                     : s < kUp + kArc ? Vec3{kRadius - kRadius * std::cos(turn), 0,
+                                             kUp + kRadius * std::sin(turn)}
+                                      : Vec3{2.0 * kRadius, 0, kUp - (s - kUp - kArc)};
+      return scale * p;
+    };
+    const std::vector<Tube> arch = {
+        test::make_tube(curve, [=](double t) { return scale * (10.0 + 0.6 * t); })};
+    const auto result =
+        extract_centerline(level_set_of(arch, grid_around(arch, 1.2 * scale, 4.0 * scale)), {});
+    EXPECT_EQ(result.tree.paths.size(), 1U);
+    return (1.0 / scale) * result.tree.paths.front().points.front();
+  };
+  EXPECT_LT(begins_at(1.0).x, 10.0);
+  EXPECT_GT(begins_at(0.2).x, 40.0);
+}
+
 TEST(Inlet, IsNotTheThornOfASac) {
   // Murray's fork, from whose middle a sac twice as wide as the trunk stands out, with a thorn on
   // it.
