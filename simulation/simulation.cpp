@@ -57,9 +57,10 @@ void summarize(const SimulationFrame& frame, bool is_air_whole, SimulationSummar
     ++summary.frames_without_air;
 }
 
-/// Of the treatment first, then of the solver.
+/// Of the model and the treatment first, then of how well the solver has done.
 void add_warnings(const SimulationOptions& options, int slow_frames, SimulationSummary& summary) {
   char text[300];
+  for (std::string& warning : pbd_warnings(options)) summary.warnings.push_back(std::move(warning));
   const double asked = options.inflation.peak_pressure_atm;
   const double rated = options.inflation.rated_burst_atm;
   if (rated > 0.0 && summary.peak_pressure_atm > rated) {
@@ -83,7 +84,6 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
                   summary.max_penetration_mm);
     summary.warnings.emplace_back(text);
   }
-  for (std::string& warning : pbd_warnings(options)) summary.warnings.push_back(std::move(warning));
   if (slow_frames > 0) {
     std::snprintf(
         text, sizeof text,
