@@ -16,9 +16,9 @@ if(ANGIO_CHECKS)
 endif()
 
 # What a quick build (ANGIO_QUICK_BUILD) optimises less, as nothing waits for its speed.
-function(angio_optimize_less name level)
+function(angio_optimize_less name options)
   if(ANGIO_QUICK_BUILD)
-    target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${level}>)
+    target_compile_options(${name} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:${options}>")
   endif()
 endfunction()
 if(ANGIO_QUICK_BUILD)  # its kernels are compiled, to see that they can be; where they run, there is a GPU to build for
@@ -58,9 +58,9 @@ function(angio_add_test name)
   target_link_libraries(${name} PRIVATE angio::testing ${ARG_LINK} angio_warnings GTest::gtest_main GTest::gmock)
   add_dependencies(all_tests ${name})
   if(ARG_LABEL STREQUAL "pipeline")  # the work is done by the program that they start
-    angio_optimize_less(${name} -O0)
+    angio_optimize_less(${name} "-O0;-g0")
   else()
-    angio_optimize_less(${name} -O1)
+    angio_optimize_less(${name} "-O1;-g0")
   endif()
   if(ARG_EACH)
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})

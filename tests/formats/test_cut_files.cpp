@@ -206,7 +206,7 @@ std::optional<std::size_t> triangles_read(const TemporaryFolder& folder,
 /// Places to cut at: spread over the file, and every byte of its ends.
 std::vector<std::size_t> cuts(std::size_t size) {
   std::vector<std::size_t> at;
-  for (std::size_t i = 1; i < 80 && i < size; ++i) at.insert(at.end(), {i, size - i});
+  for (std::size_t i = 1; i < 40 && i < size; ++i) at.insert(at.end(), {i, size - i});
   std::mt19937_64 random(11);
   for (int i = 0; i < 60; ++i) at.push_back(1 + random() % (size - 1));
   return at;
