@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <new>
 #include <string>
 #include <string_view>
 
@@ -60,6 +61,8 @@ vtkSmartPointer<vtkPolyData> read_gltf_polygons(const std::filesystem::path& pat
   bool is_damaged = false;
   try {
     reader->Update();
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception&) {  // of the library's JSON, and of lengths that it believes
     is_damaged = true;
   }

@@ -171,7 +171,7 @@ void read_identifiers(DcmFileFormat& file, DicomHeader& header) {
   // Defined terms of PS3.16, annex L: "HEART", "CORONARYARTERY".
   const std::string part = text(dataset, DCM_BodyPartExamined);
   header.is_of_the_heart = part.starts_with("HEART") || part.starts_with("CORONARY");
-  constexpr double kMostInstances = 1e9;  // what is more, or less than none, is no number of one
+  constexpr double kMostInstances = 1e9;  // in magnitude; a larger one is none
   const double instance = number(dataset, DCM_InstanceNumber).value_or(0.0);
   header.instance_number = std::abs(instance) <= kMostInstances ? int(instance) : 0;
   header.kind = kind_of(header.sop_class_uid);

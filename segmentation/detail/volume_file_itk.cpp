@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <exception>
 #include <fstream>
+#include <new>
 #include <system_error>
 
 #include "core/error.hpp"
@@ -209,6 +210,8 @@ VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
     if (count != file.volume.geometry.voxel_count()) fail(name, format);
     file.volume.values.assign(image.GetBufferPointer(), image.GetBufferPointer() + count);
   } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception&) {  // ITK's own, and of lengths that MetaIO believes
     fail(name, format);

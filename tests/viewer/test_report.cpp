@@ -12,6 +12,7 @@
 #include "testing/viewer/report_content.hpp"
 #include "testing/viewer/shapes.hpp"
 #include "viewer/detail/case_headline.hpp"
+#include "viewer/detail/figure.hpp"
 #include "viewer/detail/picture.hpp"
 #include "viewer/detail/section_slider.hpp"
 #include "viewer/detail/tables.hpp"
@@ -351,6 +352,17 @@ TEST(Cards, OfAVesselWithoutALesionAreAMereTrial) {
   EXPECT_FALSE(has(told("done"), "Trial"));
   EXPECT_TRUE(
       has(detail::headline(detail::Metrics(R"({"status":"no_lesion"})")), "no balloon was tried"));
+}
+
+TEST(SiteName, IsOfTheBalloonOfAListedStenosisOrOfATrial) {
+  ReportContent content;
+  EXPECT_EQ(detail::site_name(content), "trial place");
+  content.lesions_json = "[]";
+  EXPECT_EQ(detail::site_name(content), "trial place");
+  content.lesions_json = R"([{"centerline_id": 0}])";
+  EXPECT_EQ(detail::site_name(content), "stenosis");
+  content.moments.emplace_back();
+  EXPECT_EQ(detail::site_name(content), "balloon site");
 }
 
 TEST(Cards, WithoutABalloonTellNothingOfOne) {
