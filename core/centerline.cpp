@@ -49,7 +49,7 @@ double project(const CenterlinePath& path, const Vec3& point) {
 }
 
 double radius_at_end(const CenterlinePath& path, PathEnd end) {
-  constexpr double kReach = 1.2;  // lines stop a little before or behind the wall of an end
+  constexpr double kReach = 1.7;  // 1 at a flat end; caps slant by up to 54 degrees
   const bool is_first = end == PathEnd::inlet;
   const double at = is_first ? path.abscissa.front() : path.abscissa.back();
   double radius = is_first ? path.inscribed_radius.front() : path.inscribed_radius.back();

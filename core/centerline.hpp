@@ -57,8 +57,9 @@ double project(const CenterlinePath& path, const Vec3& point);
 
 enum class PathEnd { inlet, outlet };
 
-/// The radius of the vessel where a line begins or ends [mm]: of the widest ball on the line that
-/// reaches that end. (The inscribed radius at the last point itself goes to zero in a closed end.)
+/// The radius of the vessel where a line begins or ends [mm]: of the widest ball on the line that,
+/// 1.7 times as large, reaches that end. (The inscribed radius at the last point itself goes to
+/// zero in a closed end, by the cosine of its slant along the axis.)
 double radius_at_end(const CenterlinePath& path, PathEnd end);
 
 /// Arc length of a polyline at each of its points [mm], starting at 0.

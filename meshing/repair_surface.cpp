@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/surface_rims.hpp"
 #include "meshing/detail/edge_table.hpp"
+#include "meshing/detail/long_edges.hpp"
 #include "meshing/detail/mend_holes.hpp"
 #include "meshing/detail/pieces.hpp"
 #include "meshing/detail/sheets.hpp"
@@ -144,6 +145,8 @@ RepairedSurface repair_surface(const TriangleMesh& surface, const SurfaceRepairO
   fill_holes(work);
   work.mesh = detail::without_crossings(work.mesh, work.repairs);
   check_edges(work.mesh);
+  work.note("edge longer than the lumen is wide split", "edges longer than the lumen is wide split",
+            detail::split_long_edges(work.mesh));
   return {std::move(work.mesh), std::move(work.repairs)};
 }
 

@@ -160,7 +160,7 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   const Volume<float> denoised = detail::smooth(around, denoising_mm);
   detail::Boundary boundary = detail::find_boundary(
       {around, denoised, detail::crop(tree.mask, box), denoising_mm, tree.noise / tree.contrast,
-       tree.seeds_lps_mm.size() > 1, tree.blood_half_level},
+       tree.seeds_lps_mm.size() > 1, tree.blood},
       options, progress);
 
   Segmentation result;

@@ -200,13 +200,46 @@ void take_skipped(Line& work, const Line& parent) {
   work.skipped = 0;
 }
 
-void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept,
-              const std::optional<Vec3>& rim) {
+namespace {
+
+/// How many points of a line come before the cap that shuts its vessel, up to the last ball that
+/// the sides hold: behind it the balls get smaller by a fifth of the way or more, and the axis
+/// meets the wall within kAcross radii (a cap that slants by 55 degrees: 1.74). 0: no such cap.
+std::size_t count_before_cap(const Polyline& line, const Wall& wall,
+                             const WallDistance& distance_to_wall) {
+  constexpr double kFall = 0.1, kReach = 4.0, kAcross = 2.0;  // radii
+  const std::vector<double> s = arc_length(line.points);
+  std::size_t last = line.points.size() - 1;
+  double radius = 0.0, widest = 0.0, most = 0.0;
+  for (std::size_t i = line.points.size(); i-- > 0;) {
+    const double here = distance_to_wall.at(line.points[i], line.radius[i]);
+    const double to_tip = s.back() - s[i];
+    widest = std::max(widest, here);
+    if (to_tip > kReach * widest) break;
+    if (here - kFall * to_tip <= most) continue;
+    most = here - kFall * to_tip;
+    last = i;
+    radius = here;
+  }
+  if (last < 2 || last + 1 == line.points.size()) return 0;
+  Polyline kept = line;
+  kept.resize(last + 1);
+  const double across = kAcross * radius;
+  return wall.ray(line.points[last], end_tangent(kept, radius), across) < across ? last + 1 : 0;
+}
+
+}  // namespace
+
+double redo_end(Polyline& line, const Wall& wall, const WallDistance& distance_to_wall,
+                std::size_t least_kept, const std::optional<Vec3>& rim) {
   const std::vector<double> s = arc_length(line.points);
   const double zone = std::max(kEndZone * line.radius.back(), wall.resolution());
   std::size_t keep = line.points.size();
+  const std::size_t before_cap = rim ? 0 : count_before_cap(line, wall, distance_to_wall);
+  if (before_cap > least_kept) keep = before_cap;
   while (keep > least_kept && s.back() - s[keep - 1] < zone) --keep;
   cut_and_extend(line, wall, keep, rim);
+  return before_cap > least_kept ? arc_length(line.points).back() - s[keep - 1] : 0.0;
 }
 
 std::size_t first_outside(const Line& branch, const Line* parent) {

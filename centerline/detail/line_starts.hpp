@@ -9,6 +9,7 @@
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/skeleton.hpp"
 #include "centerline/detail/wall.hpp"
+#include "centerline/detail/wall_distance.hpp"
 
 /// Lines as they begin, along voxels, before they are moved to the middle.
 namespace angio::centerline {
@@ -33,6 +34,8 @@ struct Line {
   std::optional<Vec3> start_rim, end_rim;  ///< middles of open rims: the ends are there
   /// How far from the ends of the course a cap or a dome is felt [mm]; 0 where no wall ends it.
   double start_reach = 0.0, end_reach = 0.0;
+  /// The lengths that were drawn straight through caps [mm]: their sections lean into the corners.
+  double start_cap = 0.0, end_cap = 0.0;
 };
 
 /// Which voxels are a line's own, and whose branch it is.
@@ -57,8 +60,9 @@ void take_skipped(Line& work, const Line& parent);
 
 /// The points next to a tip were smoothed only, not centred.
 /// @param rim  where the line is to end; none: straight on, at the wall
-void redo_end(Polyline& line, const Wall& wall, std::size_t least_kept,
-              const std::optional<Vec3>& rim);
+/// @return the length that goes straight through a cap [mm]; 0: no cap
+double redo_end(Polyline& line, const Wall& wall, const WallDistance& distance_to_wall,
+                std::size_t least_kept, const std::optional<Vec3>& rim);
 
 /// The first of a line's own points that is outside the tube of its parent.
 std::size_t first_outside(const Line& branch, const Line* parent);

@@ -38,11 +38,19 @@ void drop_points(Line& work, std::size_t first, std::size_t last) {
 
 }  // namespace
 
-void redo_ends(Line& work, const Wall& wall) {
-  if (work.free_end) redo_end(work.line, wall, work.shared + 2, work.end_rim);
+void redo_ends(Line& work, const Surroundings& around) {
+  const auto redo = [&](std::size_t least_kept, const std::optional<Vec3>& rim,
+                        const Vec3& course_end, double& reach) {
+    const double cap = redo_end(work.line, around.wall, around.distance_to_wall, least_kept, rim);
+    const Vec3& tip = work.line.points.back();
+    if (cap > 0.0) reach = std::max(reach, cap + distance(tip, course_end));
+    return cap;
+  };
+  if (work.free_end)
+    work.end_cap = redo(work.shared + 2, work.end_rim, work.course.back(), work.end_reach);
   if (!work.free_start) return;
   reverse(work.line);
-  redo_end(work.line, wall, 2, work.start_rim);
+  work.start_cap = redo(2, work.start_rim, work.course.front(), work.start_reach);
   reverse(work.line);
 }
 

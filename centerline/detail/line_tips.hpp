@@ -7,7 +7,7 @@
 namespace angio::centerline {
 
 /// Draws the free ends straight on to the wall, or to the border of the data.
-void redo_ends(Line& work, const Wall& wall);
+void redo_ends(Line& work, const Surroundings& around);
 
 /// A tip that was centred after it had been drawn to the wall, or to the border of the data, may
 /// lie beyond it: cuts it off.

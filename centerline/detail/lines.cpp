@@ -113,6 +113,8 @@ Look look_by_tubes(Line& work, const Line* parent, const Surroundings& around, T
   for (std::size_t i = 0; i < only.size(); ++i)
     if (only[i] == 0) look.middles.weight[i] = 1.0;  // stays as it is
   for (std::size_t i = first; i < line.points.size(); ++i) {
+    const bool in_cap = s[i] < work.start_cap || s.back() - s[i] < work.end_cap;
+    if (in_cap) look.middles.weight[i] = 1.0;  // stays on the vessel's axis
     if (!sections[i].valid) continue;
     // A settled line moves little: what still jumps saw another wall.
     if (effort == TubeEffort::measure &&
@@ -122,7 +124,8 @@ Look look_by_tubes(Line& work, const Line* parent, const Surroundings& around, T
     look.radius[i] = sections[i].inscribed_radius;
     // While a line moves, its tips are left alone, so that they cannot creep along the cap.
     const double zone = effort == TubeEffort::measure ? 0.0 : kEndZone * line.radius[i];
-    if (!(work.free_start && s[i] < zone) && !(work.free_end && s.back() - s[i] < zone)) {
+    if (!in_cap && !(work.free_start && s[i] < zone) &&
+        !(work.free_end && s.back() - s[i] < zone)) {
       look.middles.center[i] = sections[i].center;
       look.middles.weight[i] = 1.0;
     }
@@ -376,7 +379,7 @@ TracedLines trace_lines(const Skeleton& skeleton, const Surroundings& around,
                                   : start_branch(around.lumen, plan, *parent, around.wall);
     center(work, parent, around,
            [&](double r) { return std::max(kWorkStep * r, 0.4 * around.wall.resolution()); });
-    redo_ends(work, around.wall);
+    redo_ends(work, around);
     finish(work, parent, around);
     stay_in_lumen(work, around.wall);
     if (parent != nullptr) take_skipped(work, *parent);

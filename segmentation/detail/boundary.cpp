@@ -61,7 +61,7 @@ Volume<float> level_function(const BoundaryInput& input, const Volume<float>& pe
                              const IntensityLevels& levels, const Volume<float>& from_tree,
                              const SegmentationOptions& options) {
   const Volume<float>& volume = input.denoised;
-  const float least_blood = input.blood_half_level.value_or(-1e30f);
+  const float least_blood = input.blood ? input.blood->half() : -1e30f;
   const auto beside = float(kBesideVoxels * mean_spacing(volume.geometry));
   const float least_contrast = 0.1f * (levels.lumen_overall - levels.background_overall);
   const auto lowest = float(options.intensity_min.value_or(-1e30));
@@ -186,7 +186,7 @@ RoughBoundary rough_boundary(const BoundaryInput& input, const SegmentationOptio
     const Volume<float> share =
         blurred_share(rough.distance, {}, grid, {{blur_voxels, blur_voxels, blur_voxels}});
     const IntensityLevels levels =
-        intensity_levels(input.denoised, rough.distance, share, edge, input.blood_half_level);
+        intensity_levels(input.denoised, rough.distance, share, edge, input.blood);
     level = level_function(input, peak, levels, from_tree, options);
     rough.bridges_lps_mm.clear();
     Pieces inside = find_pieces_inside(level);
@@ -327,8 +327,8 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
     keep_distance_band(phi, kBandVoxels * voxel);
     const Volume<float> share = blurred_share(phi, fine, voxels, blur);
     const double sd = std::hypot(blur.sd_voxels.x, 0.3);
-    const IntensityLevels levels = intensity_levels(
-        input.image, rough.distance, share, kEdgeBlurs * sd * voxel, input.blood_half_level);
+    const IntensityLevels levels =
+        intensity_levels(input.image, rough.distance, share, kEdgeBlurs * sd * voxel, input.blood);
     const float least = 0.1f * (levels.lumen_overall - levels.background_overall);
     const EdgeModel model{input.image,       levels, rough.is_foreign,
                           input.noise_share, least,  float(options.intensity_min.value_or(-1e30))};
@@ -370,6 +370,7 @@ Volume<float> find_label_boundary(const Volume<std::uint8_t>& labels,
   VolumeGeometry one_block = voxels;
   one_block.size = {1, 1, 1};
   const IntensityLevels levels{{Volume<float>(one_block, 1.0f), voxels.size},
+                               {Volume<float>(one_block, 0.0f), voxels.size},
                                {Volume<float>(one_block, 0.0f), voxels.size},
                                1.0f,
                                0.0f};

@@ -6,6 +6,7 @@
 
 #include "core/progress.hpp"
 #include "core/volume.hpp"
+#include "segmentation/detail/blood_level.hpp"
 #include "segmentation/segmentation.hpp"
 
 namespace angio::segmentation::detail {
@@ -29,8 +30,9 @@ struct BoundaryInput {
   double denoising_mm = 0.0;
   double noise_share = 0.0;  ///< standard deviation / contrast
   bool are_several = false;  ///< trees, each to be kept
-  /// Where vessels lie in several tissues: what is below it is no lumen but beside the tree.
-  std::optional<float> blood_half_level = std::nullopt;
+  /// Where vessels lie in several tissues: what is below the half level is no lumen but beside the
+  /// tree.
+  std::optional<BloodLevel> blood = std::nullopt;
 };
 
 /// Finds where a vessel's voxels are half lumen, half background, by local intensities, roughly at

@@ -15,6 +15,7 @@ namespace {
 constexpr double kMostShift = 0.5;         ///< voxels that a step may move the boundary by
 constexpr double kBandVoxels = 2.0;        ///< beside the boundary that are moved with it
 constexpr float kMostResidual = 0.5f;      ///< more is something that the model does not know
+constexpr float kLifted = 0.1f;            ///< of the contrast: a background lifted by more
 constexpr float kLeastEdge = 0.03f;        ///< of the information a flat boundary holds
 constexpr int kBlock = 6;                  ///< voxels along each side that share a misfit
 constexpr double kNoiseOfOneVoxel = 0.04;  ///< of the contrast: asks for a window of one voxel
@@ -126,7 +127,8 @@ void BrickFit::explain(const Brick& brick, BlurSums& sums, Misfit& misfit) {
   hold_.resize(share_.first, share_.size);
   const int left = std::max(share_.first[0], 0);
   const int width = std::min(share_.first[0] + ni, grid.size[0]) - left;
-  std::vector<float> lumen(std::size_t(std::max(width, 0))), background(lumen.size());
+  std::vector<float> lumen(std::size_t(std::max(width, 0))), background(lumen.size()),
+      lift(lumen.size());
   for (int k = 1; k + 1 < nk; ++k)
     for (int j = 1; j + 1 < nj; ++j) {
       const int vj = share_.first[1] + j, vk = share_.first[2] + k;
@@ -146,13 +148,17 @@ void BrickFit::explain(const Brick& brick, BlurSums& sums, Misfit& misfit) {
         if (!has_levels) {
           model_.levels.lumen.row(left, vj, vk, width, lumen.data());
           model_.levels.background.row(left, vj, vk, width, background.data());
+          model_.levels.lift.row(left, vj, vk, width, lift.data());
           has_levels = true;
         }
         const float b = background[std::size_t(vi - left)];
         const float contrast = std::max({lumen[std::size_t(vi - left)] - b, model_.least_contrast,
                                          2.0f * (model_.intensity_min - b)});
-        const float e = std::clamp((model_.image.values[v] - b) / contrast - m[i], -kMostResidual,
-                                   kMostResidual);
+        // What lies behind a wall that was put in for the background is as dark as that.
+        const bool is_lifted = lift[std::size_t(vi - left)] > kLifted * contrast;
+        const float value =
+            is_lifted ? std::max(model_.image.values[v], b) : model_.image.values[v];
+        const float e = std::clamp((value - b) / contrast - m[i], -kMostResidual, kMostResidual);
         pull_.row(j, k)[i] = std::sqrt(squared) * e;
         hold_.row(j, k)[i] = squared;
         if (!is_own(vi, 0) || !is_own(vj, 1) || !is_own(vk, 2)) continue;

@@ -61,6 +61,7 @@ class CoarseField {
   /// The same from voxel (first, j, k) on.
   void row(int first, int j, int k, int count, float* out) const;
   [[nodiscard]] const Volume<float>& coarse() const { return coarse_; }
+  [[nodiscard]] const std::array<int, 3>& factor() const { return factor_; }
 
  private:
   Volume<float> coarse_;

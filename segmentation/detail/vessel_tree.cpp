@@ -390,7 +390,7 @@ VesselTree find_vessel_tree(const Volume<float>& volume, const BloodLevel& level
   if (level.is_even ||
       (level.is_told && double(level.contrast()) < kSeveralTissues * tree.contrast)) {
     tree.contrast = std::min(tree.contrast, double(level.contrast()));
-    tree.blood_half_level = level.half();
+    tree.blood = level;
   }
   tree.noise = noise_deviation(volume);
   if (tree.contrast <= 0.0 || tree.contrast < kLeastContrastToNoise * tree.noise)

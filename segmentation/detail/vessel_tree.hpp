@@ -20,9 +20,9 @@ struct VesselTree {
   std::vector<Vec3> seeds_lps_mm;  ///< the seeds that were used, or one in each piece
   double contrast = 0.0;           ///< typical, of lumen against background [intensity]
   double noise = 0.0;              ///< standard deviation from voxel to voxel [intensity]
-  /// Between blood and tissue, where vessels also lie in something darker: whatever is below it is
-  /// no lumen but in thin vessels.
-  std::optional<float> blood_half_level;
+  /// Of blood and tissue, where vessels also lie in something darker: whatever is below their half
+  /// level is no lumen but in thin vessels.
+  std::optional<BloodLevel> blood;
   std::vector<std::string> warnings;
 };
 

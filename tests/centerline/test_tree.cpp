@@ -95,6 +95,26 @@ TEST(CenterlineTree, InventsNoBranchesAtTheEdgesOfFlatCaps) {
   for (const Vec3& p : result.tree.paths[0].points) EXPECT_LT(std::hypot(p.x, p.y), 0.3);
 }
 
+TEST(CenterlineTree, LinesRunStraightIntoObliqueCaps) {
+  const double radius = 3.0;
+  const Tube tube = straight_tube({0, 0, -15}, {0, 0, 45}, constant(radius));
+  for (const double degrees : {20.0, 30.0, 45.0}) {
+    const double sine = std::sin(degrees * units::kPi / 180.0),
+                 cosine = std::cos(degrees * units::kPi / 180.0);
+    const auto result = extract_centerline(
+        level_set_of({tube}, grid_around({tube}, 0.4, 1.5),
+                     {{{sine, 0, cosine}, 28.0 * cosine}, {{0, sine, -cosine}, -2.0 * cosine}}),
+        {});
+    ASSERT_EQ(result.tree.paths.size(), 1U) << degrees;
+    const CenterlinePath& path = result.tree.paths[0];
+    double most = 0.0;
+    for (const Vec3& p : path.points) most = std::max(most, std::hypot(p.x, p.y));
+    EXPECT_LT(most, 0.2 * radius) << degrees;
+    // The axis meets the caps' planes at z = 28 and z = 2.
+    EXPECT_NEAR(path.abscissa.back(), 26.0, 0.4 * radius) << degrees;
+  }
+}
+
 TEST(CenterlineTree, InventsNoBranchForAStub) {
   // The stub stands out by half the vessel's diameter.
   const std::vector<Tube> tubes{straight_tube({0, 0, 0}, {0, 0, 40}, constant(2.0)),

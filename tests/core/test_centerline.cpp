@@ -105,6 +105,12 @@ TEST(RadiusAtEnd, IsTheVesselsAtClosedEndsToo) {
   path.abscissa = arc_length(path.points);
   EXPECT_DOUBLE_EQ(radius_at_end(path, PathEnd::outlet), 2.0);
   EXPECT_DOUBLE_EQ(radius_at_end(path, PathEnd::inlet), 2.0);
+  // Caps that slant by 45 degrees.
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    path.inscribed_radius[i] = std::min(
+        {2.0, std::sqrt(0.5) * path.abscissa[i], std::sqrt(0.5) * (20.0 - path.abscissa[i])});
+  EXPECT_DOUBLE_EQ(radius_at_end(path, PathEnd::outlet), 2.0);
+  EXPECT_DOUBLE_EQ(radius_at_end(path, PathEnd::inlet), 2.0);
 }
 
 }  // namespace

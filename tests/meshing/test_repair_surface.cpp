@@ -262,6 +262,41 @@ TEST(RepairSurface, LeavesASoundSurfaceAsItIs) {
   }
 }
 
+// A tube drawn with a ring at each end has triangles from end to end.
+TEST(RepairSurface, SplitsEdgesThatAreLongerThanTheLumenIsWide) {
+  constexpr double kThin = 2.0, kLong = 60.0;
+  for (const bool closed : {true, false}) {
+    TriangleMesh mesh;
+    for (int end = 0; end < 2; ++end)
+      for (int k = 0; k < kSides; ++k) {
+        const double angle = 2.0 * units::kPi * k / kSides;
+        mesh.vertices.push_back(
+            {kThin * std::cos(angle), kThin * std::sin(angle), kLong * end});
+      }
+    for (int k = 0; k < kSides; ++k) {
+      const int a = k, b = (k + 1) % kSides;
+      mesh.triangles.insert(mesh.triangles.end(),
+                            {{a, b, kSides + b}, {a, kSides + b, kSides + a}});
+    }
+    if (closed)
+      for (int k = 1; k + 1 < kSides; ++k)
+        mesh.triangles.insert(mesh.triangles.end(),
+                              {{0, k + 1, k}, {kSides, kSides + k, kSides + k + 1}});
+    const RepairedSurface repaired = repair_surface(mesh);
+    EXPECT_THAT(texts(repaired), Contains(HasSubstr("longer than the lumen is wide")));
+    expect_sound(repaired.mesh);
+    EXPECT_EQ(boundary_loops(repaired.mesh).size(), closed ? 0U : 2U);
+    EXPECT_NEAR(surface_area(repaired.mesh), surface_area(mesh), 1e-9);
+    for (const auto& [a, b] : unique_edges(repaired.mesh)) {
+      const Vec3 &p = repaired.mesh.vertices[std::size_t(a)],
+                 &q = repaired.mesh.vertices[std::size_t(b)];
+      if (p.z != q.z) {  // not in a cap, whose triangles are as they were
+        EXPECT_LE(distance(p, q), 2.0 * kThin);
+      }
+    }
+  }
+}
+
 TEST(RepairSurface, UnitesTubesThatCross) {
   // Two equal round tubes at a right angle share 16/3 r^3 (Steinmetz).
   TriangleMesh mesh = make_tube(true);

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "segmentation/detail/blood_level.hpp"
+#include "segmentation/detail/boundary.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/plausibility.hpp"
 #include "segmentation/detail/tunnels.hpp"
@@ -36,13 +37,20 @@ double chest_blood(const Vec3& p) {
 }
 
 /// Muscle up to x = 0, lung beyond; every boundary blurred, with noise.
-Volume<float> chest(double noise) {
+/// @param radius  of another aorta, at the border of both; 0: none
+/// @param wall    of muscle round it
+Volume<float> chest(double noise, double radius = 0.0, double wall = 0.0) {
   TubeImage muscle{{66, 48, 48}, {1.3, 1.3, 1.3}, kMuscle, kLung, 0.8, noise, 5};
   TubeImage blood = muscle;
   blood.lumen = 1.0;
   blood.background = blood.noise_sd = 0.0;
-  auto volume = image_of(muscle, [](const Vec3& p) { return p.x; });
-  const auto share = image_of(blood, chest_blood);
+  const auto second = [](const Vec3& p, double r) { return std::hypot(p.x, p.y) - r; };
+  auto volume = image_of(muscle, [&](const Vec3& p) {
+    return radius > 0.0 ? std::min(p.x, second(p, radius + wall)) : p.x;
+  });
+  const auto share = image_of(blood, [&](const Vec3& p) {
+    return radius > 0.0 ? std::min(chest_blood(p), second(p, radius)) : chest_blood(p);
+  });
   for (std::size_t v = 0; v < volume.values.size(); ++v)
     volume.values[v] += float(share.values[v] * (kBlood - double(volume.values[v])));
   return volume;
@@ -109,6 +117,37 @@ TEST(SegmentVessels, TakesBloodAndNoMuscleWhereBranchesLieInLung) {
   EXPECT_LT(wrong, 0.015 * all);
   for (const Vec3& inside : {Vec3{-22, 0, 0}, Vec3{-22, 0, 20}, Vec3{25, 0, 16}, Vec3{25, 0, -16}})
     EXPECT_LT(interpolate(result.level_set, inside), -1.0) << inside.x << ' ' << inside.z;
+}
+
+// An aorta whose wall of 2.5 mm has lung on one side and muscle on the other: blood ends at the
+// wall, not half-way to lung.
+TEST(FindBoundary, EndsAtTheWallOfAnAortaBesideLung) {
+  constexpr double kRadius = 10.0, kWall = 2.5;
+  const auto volume = chest(20.0, kRadius, kWall);
+  Volume<std::uint8_t> tree(volume.geometry);  // with the wall, which is brighter than half-way
+  for (std::size_t v = 0; v < tree.values.size(); ++v) {
+    const Vec3 p = detail::place_of_voxel(volume.geometry, v);
+    const bool is_blood = std::min(chest_blood(p), std::hypot(p.x, p.y) - kRadius) < 0.0;
+    tree.values[v] = is_blood || (p.x > 0.0 && std::hypot(p.x, p.y) < kRadius + kWall);
+  }
+  detail::BloodLevel level;
+  level.lumen = float(kBlood);
+  level.tissue = float(kMuscle);
+  level.is_told = level.is_even = true;
+  const auto result =
+      detail::find_boundary({volume, volume, tree, 0.0, 0.05, false, level}, {}, {});
+  double beside_lung = 0.0, beside_muscle = 0.0;
+  for (const double angle : {-0.9, -0.6, -0.3, 0.3, 0.6, 0.9})
+    for (const double z : {-8.0, 8.0})
+      for (const double side : {1.0, -1.0}) {
+        const Vec3 out{side * std::cos(angle), std::sin(angle), 0.0};
+        double r = 0.5 * kRadius;
+        while (r < 2.0 * kRadius && interpolate(result.level_set, Vec3{0, 0, z} + r * out) < 0.0)
+          r += 0.02;
+        (side > 0.0 ? beside_lung : beside_muscle) += (r - kRadius) / 12.0;
+      }
+  EXPECT_NEAR(beside_muscle, 0.0, 0.2);
+  EXPECT_NEAR(beside_lung, 0.0, 0.65);  // half a voxel
 }
 
 /// Noise whose neighbours are alike, as interpolated images and tissue have it.
