@@ -39,8 +39,8 @@ struct RepairedSurface {
 /// alike and outward, edges and corners where several sheets meet taken apart, the outside of a
 /// wall left out, pieces that cross each other united, small pieces left out, holes in the wall
 /// filled, triangles that cross cut out and closed anew or, where they are many, the inside
-/// contoured, and edges that are longer than the lumen is wide split. No step loses volume: what is inside at the end is where the winding number was above
-/// 0, to 2 %.
+/// contoured, and edges that are longer than the lumen is wide split where they are many. No step
+/// loses volume: what is inside at the end is where the winding number was above 0, to 2 %.
 ///
 /// An opening is the end of a vessel and stays, where half of the wall around it or more runs out
 /// through it (SurfaceRim::wall_along); otherwise it is a hole in the wall, as every one of three

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "meshing/detail/edge_table.hpp"
+#include "meshing/detail/hollow.hpp"
 #include "meshing/detail/surface_query.hpp"
 #include "meshing/surface_size.hpp"
 
@@ -12,6 +13,7 @@ namespace angio::meshing::detail {
 namespace {
 
 constexpr double kLong = 1.5, kParts = 0.5;  // of the lumen's width
+constexpr double kFold = 0.1;  // of the median width: what is nearer is no wall across
 constexpr double kAnyLength = std::numeric_limits<double>::infinity();
 
 double length_of(const TriangleMesh& mesh, const EdgeKey& edge) {
@@ -77,29 +79,52 @@ int split_once(TriangleMesh& mesh, Lengths& lengths) {
   return count;
 }
 
+/// Whether a quarter of the wall has long edges: less are caps and seams, which are as they should
+/// be. A vessel's wall, whose two skins are near each other, is not coarse, either.
+bool is_coarse(const TriangleMesh& mesh, const Lengths& lengths) {
+  constexpr double kShare = 0.25;
+  double all = 0.0, coarse = 0.0;
+  std::vector<std::size_t> triangles;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double area = norm(area_vector_doubled(mesh, mesh.triangles[t]));
+    all += area;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const EdgeKey edge = edge_key(mesh.triangles[t][c], mesh.triangles[t][(c + 1) % 3]);
+      if (length_of(mesh, edge) <= lengths.of(edge)) continue;
+      coarse += area;
+      triangles.push_back(t);
+      break;
+    }
+  }
+  if (coarse < kShare * all) return false;
+  const std::vector<char> hollow = face_a_hollow(mesh, triangles);
+  return double(std::count(hollow.begin(), hollow.end(), char(1))) < kShare * double(hollow.size());
+}
+
 }  // namespace
 
 Count split_long_edges(TriangleMesh& mesh) {
   Count found;
-  const double typical = kParts * median_diameter(mesh);
-  if (typical <= 0.0) return found;
+  const double least = kFold * median_diameter(mesh);
+  if (least <= 0.0) return found;
   Lengths lengths(mesh.vertices.size());
   const EdgeTable edges(mesh);
   const ClosestPoint wall(mesh);
   for (const EdgeTable::Edge& edge : edges) {
     const double length = length_of(mesh, edge.key);
     const int triangle = edge.at.front() / 3;
-    if (length <= typical) continue;
+    if (length <= kLong * least) continue;
     const auto t = std::size_t(triangle), c = std::size_t(edge.at.front() % 3);
     const Vec3 middle = 0.5 * (corner(mesh, t, c) + corner(mesh, t, (c + 1) % 3));
     const Vec3 beside = 0.9 * middle + 0.1 * corner(mesh, t, (c + 2) % 3);
     const Vec3 inward = -normalized(area_vector_doubled(mesh, mesh.triangles[t]));
     const double width = wall.ahead(beside, inward, triangle);
-    if (!(length > kLong * width)) continue;
+    if (width < least || length <= kLong * width) continue;
     lengths.limit(edge.key, kParts * width);
     found.add(middle, length);
   }
-  while (found.count > 0 && split_once(mesh, lengths) > 0) {
+  if (!is_coarse(mesh, lengths)) return {};
+  while (split_once(mesh, lengths) > 0) {
   }
   return found;
 }
