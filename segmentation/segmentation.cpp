@@ -136,6 +136,7 @@ void refuse_what_is_no_vessel(const Volume<std::uint8_t>& mask, const VolumeGeom
   detail::refuse_flood(mask, scanned);
   detail::refuse_sponge(mask, scanned, has_seeds);
   detail::refuse_shell(mask);
+  if (!has_seeds) detail::refuse_crumb(mask, scanned);
 }
 
 Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions& options,

@@ -35,7 +35,9 @@ std::string describe_rim(const SurfaceRim& rim) {
   return width + place_in_words(rim.centre);
 }
 
-/// The line end that an opening belongs to, -1 if there is none; each end is taken once.
+/// The line end that an opening belongs to, -1 if there is none; each end is taken once. One that
+/// is less than half as wide as the vessel is a hole beside its end, but where the line ends in its
+/// middle.
 int end_at(const SurfaceRim& rim, const std::vector<LineEnd>& ends,
            const std::vector<char>& taken) {
   const double radius = 0.5 * rim.diameter_mm;
@@ -46,7 +48,10 @@ int end_at(const SurfaceRim& rim, const std::vector<LineEnd>& ends,
         (nearest < 0 || d < distance(ends[std::size_t(nearest)].tip, rim.centre)))
       nearest = int(e);
   }
-  return nearest >= 0 && radius > 0.5 * ends[std::size_t(nearest)].radius ? nearest : -1;
+  if (nearest < 0) return -1;
+  const LineEnd& end = ends[std::size_t(nearest)];
+  const bool is_in_middle = distance(end.tip, rim.centre) < 0.5 * radius;
+  return is_in_middle || radius > 0.5 * end.radius ? nearest : -1;
 }
 
 /// The component that most of a tree's points are nearest to.

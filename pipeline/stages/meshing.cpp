@@ -85,15 +85,15 @@ FilledLumen fill_lumen(const meshing::LumenVolumeOptions& options,
 std::string reason_to_leave(const centerline::Lesion& lesion) {
   constexpr double kLargestBalloon = 30.0;  // [mm] that is sold
   const double diameter = lesion.reference_diameter_mm;
+  if (!lesion.is_stenosis && lesion.mld_mm > centerline::kWidestTried * diameter)
+    return fmt::format(
+        "the lumen there, of {:.1f} mm, is wider than the healthy vessel, of {:.1f} mm",
+        lesion.mld_mm, diameter);
   if (diameter < centerline::kLeastTreated)
     return fmt::format("the vessel there, of {:.2f} mm, is narrower than {} mm", diameter,
                        centerline::kLeastTreated);
   if (diameter > kLargestBalloon)
     return fmt::format("there is no balloon for a vessel of {:.1f} mm", diameter);
-  if (!lesion.is_stenosis && lesion.mld_mm > centerline::kWidestTried * diameter)
-    return fmt::format(
-        "the lumen there, of {:.1f} mm, is wider than the healthy vessel, of {:.1f} mm",
-        lesion.mld_mm, diameter);
   return {};
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "segmentation/detail/blood_level.hpp"
+#include "segmentation/detail/components.hpp"
 #include "segmentation/detail/depth.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/format_number.hpp"
@@ -165,6 +166,23 @@ void refuse_shell(const Volume<std::uint8_t>& mask) {
                    format_number(std::round(1e-5 * inside) / 10.0) +
                    " l, as a skull or skin does: bone or fat is brighter than the vessels, or the "
                    "scan is no angiography). Try to " +
+                   kAdvice);
+}
+
+void refuse_crumb(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned) {
+  constexpr double kBody = 150.0, kShort = 20.0;  // [mm]
+  const VoxelBox box = bounding_box(mask, 0.0);
+  double longest = 0.0;
+  int across = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    longest = std::max(longest, box.size[a] * mask.geometry.spacing[int(a)]);
+    across += scanned.size[a] * scanned.spacing[int(a)] >= kBody;
+  }
+  if (across < 2 || longest >= kShort) return;
+  throw InputError("no vessel was found (what stands out most is " +
+                   format_number(std::round(10.0 * longest) / 10.0) +
+                   " mm long, in a scan of a body: calcium in a wall, or noise; the scan may have "
+                   "no contrast medium). Try to " +
                    kAdvice);
 }
 

@@ -46,6 +46,13 @@ void refuse_sponge(const Volume<std::uint8_t>& mask, const VolumeGeometry& scann
 /// @throws InputError if it is, with what helps
 void refuse_shell(const Volume<std::uint8_t>& mask);
 
+/// Refuses less than 20 mm of vessel in a scan that is 150 mm or more across in two directions: a
+/// body has longer ones, so that they did not stand out, and what did is calcium in a wall, a clip,
+/// or noise.
+///
+/// @throws InputError if it is, with what helps
+void refuse_crumb(const Volume<std::uint8_t>& mask, const VolumeGeometry& scanned);
+
 /// Refuses what is not of one brightness, as blood is: inside of it, 0.7 voxels from the wall, the
 /// 0.1 and the 0.9 quantile are 1.9 medians apart, as in bone, with cortex and marrow; in 23 scans
 /// of vessels they were 0.2 to 1.05 medians apart, in one with the skull's base 1.8. Over 1.3 is

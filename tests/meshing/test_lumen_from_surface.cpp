@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -72,6 +74,20 @@ TEST(LumenFromSurface, OpensAClosedTube) { expect_good_tube(tube_surface(1.5, 20
 
 TEST(LumenFromSurface, KeepsTheRimsOfAnOpenTube) {
   expect_good_tube(tube_surface(1.5, 20.0, false), 20.0 - 1e-9);
+}
+
+// An outlet that narrows to less than half before its rim is one all the same: the line ends there.
+TEST(LumenFromSurface, KeepsARimThatTheLineEndsInTheMiddleOf) {
+  TriangleMesh surface = tube_surface(1.5, 20.0, false);
+  for (Vec3& p : surface.vertices) {
+    const double narrowed = 1.0 - 0.6 * std::clamp((p.z - 17.0) / 3.0, 0.0, 1.0);
+    p.x *= narrowed;
+    p.y *= narrowed;
+  }
+  const LumenMesh lumen = mesh_lumen(surface, tube_tree(), {});
+  for (const std::string& warning : lumen.warnings)
+    EXPECT_EQ(warning.find("no line ends"), std::string::npos) << warning;
+  EXPECT_EQ(boundary_loops(lumen.open).size(), 2U);
 }
 
 TEST(LumenFromSurface, TurnsAnInsideOutTube) {

@@ -320,6 +320,18 @@ TEST(Plausibility, RefusesASkullAndNoHeart) {
   EXPECT_NO_THROW(detail::refuse_shell(shell(35.0, 90.0)));  // 25 cm^2 in its widest section
 }
 
+TEST(Plausibility, RefusesACrumbInABodyAndNoVesselInACube) {
+  Volume<std::uint8_t> mask(test::grid_of({40, 40, 60}, {0.5, 0.5, 0.5}));
+  for (int k = 4; k < 24; ++k) mask.at(20, 20, k) = 1;  // 10 mm
+  VolumeGeometry body = mask.geometry;
+  body.size = {512, 512, 40};
+  EXPECT_THAT([&] { detail::refuse_crumb(mask, body); },
+              ThrowsMessage<InputError>(HasSubstr("in a scan of a body")));
+  EXPECT_NO_THROW(detail::refuse_crumb(mask, mask.geometry));
+  for (int k = 0; k < 60; ++k) mask.at(20, 20, k) = 1;  // 30 mm
+  EXPECT_NO_THROW(detail::refuse_crumb(mask, body));
+}
+
 TEST(Plausibility, OfALumenWithoutContrastIsTold) {
   Volume<float> ct(test::grid_of({4, 4, 4}, {1.0, 1.0, 1.0}), 40.0f);
   ct.values[7] = -1000.0f;
