@@ -112,6 +112,12 @@ void TreatedLumen::find_mistaken() {
   const centerline::LumenProfile seen = centerline::measure_lumen(
       points(lumen_.vertices), path_, spans_.segment_first, spans_.segment_last);
   if (seen.abscissa.empty()) return;
+  // What cannot be seen before, beside another vessel or an organ, is seen by mistake later; but
+  // where the balloon opens it.
+  for (const double s : path_.abscissa)
+    if ((s < spans_.cylinder_first || s > spans_.cylinder_last) &&
+        !std::binary_search(seen.abscissa.begin(), seen.abscissa.end(), s))
+      mistaken_.insert(s);
   std::vector<double> radii;
   for (const double s : seen.abscissa) radii.push_back(sample(path_, s).equivalent_radius);
   const double most = kMostOff * median(radii);
