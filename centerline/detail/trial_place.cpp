@@ -8,6 +8,7 @@
 
 #include "centerline/treated.hpp"
 #include "core/statistics.hpp"
+#include "core/units.hpp"
 
 namespace angio::centerline {
 namespace {
@@ -39,6 +40,12 @@ bool is_tube(const CenterlinePath& path, std::size_t i) {
   constexpr double kLeastShare = 2.0 / 3.0;
   return std::pow(measured_radius(path)[i], 2.0) >=
          kLeastShare * std::pow(path.equivalent_radius[i], 2.0);
+}
+
+/// By how much the vessel turns along a balloon of two diameters [degrees].
+double turn_along(const CenterlinePath& path, double s, double diameter) {
+  const double cosine = dot(sample(path, s - diameter).tangent, sample(path, s + diameter).tangent);
+  return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180.0 / units::kPi;
 }
 
 }  // namespace
@@ -102,8 +109,10 @@ Lesion tightest_place(const Known& known, double min_reference_mm) {
       if (d < least || (tube && !is_tube(path, i)) ||
           (diameters >= 0.0 && is_on_bridge(known, whole, i)))
         continue;
-      // Two points of %DS are no difference: then rather in the middle.
-      const double score = known.percent(i) - 4.0 * std::abs(s / length - 0.5);
+      // Two points of %DS are no difference: then rather in the middle. In a bend a balloon kinks:
+      // what turns by more than 45 degrees along it counts as wider by half a point a degree.
+      const double bend = std::max(0.0, turn_along(path, s, d) - 45.0);
+      const double score = known.percent(i) - 4.0 * std::abs(s / length - 0.5) - 0.5 * bend;
       if (best && score <= best_score) continue;
       best = i;
       best_score = score;

@@ -12,7 +12,8 @@ namespace angio::centerline {
 ReferenceDiameter no_wider_than_around(const Known& known);
 
 /// The tightest place, relative to the reference, that leaves room for a balloon on both sides, in
-/// a vessel that balloons are made for, and a diameter away from branchings, if there is one.
+/// a vessel that balloons are made for, and a diameter away from branchings, if there is one;
+/// rather not in a bend of more than 45 degrees along two diameters, where a balloon kinks.
 /// @param min_reference_mm  of a vessel that balloons are made for [mm]
 Lesion tightest_place(const Known& known, double min_reference_mm);
 

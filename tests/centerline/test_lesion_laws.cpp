@@ -559,6 +559,30 @@ TEST(TightestPlace, IsRatherInAVesselThatIsTreated) {
               0.15);
 }
 
+TEST(TightestPlace, IsRatherNotInASharpBend) {
+  // Straight but for a bend around (0, 0, 20); 10 % narrower there, and 6 % at 45 mm.
+  const auto place = [](double radius_of_bend) {
+    const auto diameter = [](double s) {
+      return 4.0 * narrowed(s, 20.0, 4.0, 0.10) * narrowed(s, 45.0, 4.0, 0.06);
+    };
+    CenterlinePath path = line_of(diameter, 60.0);
+    double angle = 0.0;
+    Vec3 at{0, 0, 0};
+    for (std::size_t i = 0; i < path.points.size(); ++i) {
+      const double s = path.points[i].z;
+      const double step = i + 1 < path.points.size() ? path.points[i + 1].z - s : 0.0;
+      path.points[i] = at;
+      if (std::abs(s - 20.0) < 4.0) angle += step / radius_of_bend;
+      at += step * Vec3{std::sin(angle), 0, std::cos(angle)};
+    }
+    const Lesion lesion = find_lesions(tree_of({path}), {}).at(0);
+    EXPECT_FALSE(lesion.is_stenosis);
+    return lesion.abscissa_mm;
+  };
+  EXPECT_NEAR(place(50.0), 20.0, 2.0);
+  EXPECT_NEAR(place(5.0), 45.0, 2.0);  // 92 degrees
+}
+
 /// Of 4 mm, and 70 % thinner over `length` in its middle.
 CenterlineTree diffuse_vessel(double length, double whole = 66.0, double percent = 70.0) {
   const auto diameter = [=](double s) {
