@@ -29,7 +29,8 @@ struct IntensityLevels {
 /// Source: Knutsson & Westin, "Normalized and differential convolution", CVPR 1993,
 ///         doi:10.1109/CVPR.1993.341081.
 ///
-/// Where blood and tissue are told by even places (L_b, T) a wide vessel's background is no darker than
+/// Where blood and tissue are told by even places (L_b, T) a wide vessel's background is no darker
+/// than
 ///
 ///     T - (L_b - T) / 4,    T: the tissue's level
 ///
