@@ -113,9 +113,9 @@ void TreatedLumen::find_mistaken() {
       points(lumen_.vertices), path_, spans_.segment_first, spans_.segment_last);
   if (seen.abscissa.empty()) return;
   // What cannot be seen before, beside another vessel or an organ, is seen by mistake later; but
-  // where the balloon opens it.
+  // in the lesion, which the balloon opens.
   for (const double s : path_.abscissa)
-    if ((s < spans_.cylinder_first || s > spans_.cylinder_last) &&
+    if ((s < spans_.lesion_first || s > spans_.lesion_last) &&
         !std::binary_search(seen.abscissa.begin(), seen.abscissa.end(), s))
       mistaken_.insert(s);
   std::vector<double> radii;

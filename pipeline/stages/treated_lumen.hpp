@@ -80,7 +80,7 @@ class TreatedLumen {
   [[nodiscard]] std::vector<Vec3> moved(const std::vector<Vec3>& wall) const;
   void find_shares();
   /// Sections of the mesh as it was made that are far wider than the image's: that took another
-  /// vessel or an organ for their wall. Places beyond the balloon's cylinder that have none. And
+  /// vessel or an organ for their wall. Places beside the lesion that have none. And
   /// those that the tube fitted to the wall's points does not tell: as where a neighbour's wall or
   /// a side branch stands beside it.
   void find_mistaken();
