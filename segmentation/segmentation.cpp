@@ -159,10 +159,10 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   const Volume<float> around = detail::crop(volume, box);
   const double denoising_mm = detail::denoising_sigma(volume, tree.noise, tree.contrast);
   const Volume<float> denoised = detail::smooth(around, denoising_mm);
-  detail::Boundary boundary = detail::find_boundary(
-      {around, denoised, detail::crop(tree.mask, box), denoising_mm, tree.noise / tree.contrast,
-       tree.seeds_lps_mm.size() > 1, tree.blood},
-      options, progress);
+  detail::Boundary boundary =
+      detail::find_boundary({around, denoised, detail::crop(tree.mask, box), denoising_mm,
+                             tree.noise / tree.contrast, tree.seeds_lps_mm.size() > 1, tree.blood},
+                            options, progress);
 
   Segmentation result;
   result.level_set = std::move(boundary.level_set);

@@ -270,8 +270,7 @@ TEST(RepairSurface, SplitsEdgesThatAreLongerThanTheLumenIsWide) {
     for (int end = 0; end < 2; ++end)
       for (int k = 0; k < kSides; ++k) {
         const double angle = 2.0 * units::kPi * k / kSides;
-        mesh.vertices.push_back(
-            {kThin * std::cos(angle), kThin * std::sin(angle), kLong * end});
+        mesh.vertices.push_back({kThin * std::cos(angle), kThin * std::sin(angle), kLong * end});
       }
     for (int k = 0; k < kSides; ++k) {
       const int a = k, b = (k + 1) % kSides;
