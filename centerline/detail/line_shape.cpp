@@ -130,13 +130,13 @@ std::vector<char> find_turns_back(const Polyline& line) {
   return turns_back;
 }
 
-/// How deep in the lumen a line must stay while it is straightened: where it turns back, nearly as
-/// deep as its section is, which is what keeps it in the middle of a bend.
+/// How deep in the lumen a line must stay while it is straightened: where it turns back, a share of
+/// what its section is deep, which is what keeps it near the middle of a bend.
 class LeastDepths {
  public:
-  LeastDepths(const Line& work, const Surroundings& around)
+  LeastDepths(const Line& work, const Surroundings& around, double share)
       : lumen_(around.lumen), points_(work.line.points), least_(points_.size(), 0.0) {
-    constexpr double kShare = 0.8, kSlack = 0.5;  // the latter in voxels
+    constexpr double kSlack = 0.5;  // voxels
     const std::vector<char> turns_back = find_turns_back(work.line);
     const std::vector<double> s = arc_length(work.line.points),
                               radius = radius_around(work.line, s);
@@ -145,7 +145,7 @@ class LeastDepths {
       const Vec3 normal = tangent_at(work.line, s, i, direction_reach(work.line, i));
       const Vec3 deepest =
           deepest_in_section(points_[i], normal, radius[i], around.distance_to_wall, around.wall);
-      least_[i] = kShare * lumen_.depth_at(deepest) - kSlack * around.wall.resolution();
+      least_[i] = share * lumen_.depth_at(deepest) - kSlack * around.wall.resolution();
     }
     most_ = *std::max_element(least_.begin(), least_.end());
   }
@@ -162,20 +162,50 @@ class LeastDepths {
   double most_ = 0.0;          ///< of these
 };
 
-/// Shortens the curve where it turns too sharply (points go half way to the middle of their
-/// neighbours), as far as the lumen's core lets it and it stays deep enough.
+/// The points of a line within two radii of those that are marked.
+std::vector<char> within_two_radii(const Polyline& line, const std::vector<char>& marked) {
+  constexpr double kReach = 2.0;
+  const std::vector<double> s = arc_length(line.points);
+  std::vector<char> near(marked.size(), 0);
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    if (marked[i] == 0) continue;
+    const double reach = kReach * line.radius[i];
+    const auto first = std::lower_bound(s.begin(), s.end(), s[i] - reach) - s.begin(),
+               last = std::upper_bound(s.begin(), s.end(), s[i] + reach) - s.begin();
+    std::fill(near.begin() + first, near.begin() + last, 1);
+  }
+  return near;
+}
+
+/// Where a point goes so that the curve bends less there: across the curve down its bending energy,
+/// the sum of |x[k - m] - 2 x[k] + x[k + m]|^2; along it to the middle of its neighbours.
+Vec3 bent_less(const std::vector<Vec3>& points, std::size_t i, std::size_t m) {
+  const auto& x = points;
+  const Vec3 evenly = 0.25 * (x[i - 1] + x[i + 1] - 2.0 * x[i]);
+  if (m == 0) return x[i] + evenly;
+  const Vec3 straighter =
+      (1.0 / 16.0) * (4.0 * (x[i - m] + x[i + m]) - 6.0 * x[i] - x[i - 2 * m] - x[i + 2 * m]);
+  const Vec3 along = normalized(x[i + 1] - x[i - 1]);
+  return x[i] + straighter + dot(evenly - straighter, along) * along;
+}
+
+/// Bends the curve less around places where it turns too sharply, as far as the lumen's core lets
+/// it and it stays deep enough. Unlike a curve that is shortened, which turns all at once where it
+/// meets the core's edge, one that bends less takes a turn as wide as the core is.
 void relax_turns(Line& work, const Line* parent, const Surroundings& around,
                  const LeastDepths& depths) {
   constexpr int kMostSweeps = 200;
   Polyline& line = work.line;
   const std::size_t count = line.points.size(), first = first_outside(work, parent);
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-    const std::vector<char> turns = find_turns(line, first);
+    const std::vector<char> near = within_two_radii(line, find_turns(line, first));
     bool has_moved = false;
     const std::vector<Vec3> before = line.points;
     for (std::size_t i = std::max<std::size_t>(work.shared, 1); i + 1 < count; ++i) {
-      if (turns[i - 1] == 0 && turns[i] == 0 && turns[i + 1] == 0) continue;
-      const Vec3 next = 0.5 * before[i] + 0.25 * (before[i - 1] + before[i + 1]);
+      if (near[i] == 0) continue;
+      const std::size_t room = std::min(i, count - 1 - i);
+      const auto m = std::min<std::size_t>(std::size_t(sweep % 3) + 1, room / 2);
+      const Vec3 next = bent_less(before, i, m);
       if (!is_in_core(work, around, next) || !depths.allow(next)) continue;
       line.points[i] = next;
       has_moved = true;
@@ -252,13 +282,16 @@ bool has_turns(const Line& work, const Line* parent) {
 
 void straighten(Line& work, const Line* parent, const Surroundings& around,
                 const std::function<double(double)>& step) {
-  constexpr int kMostRounds = 12;
-  const LeastDepths depths(work, around);
-  for (int round = 0; round < kMostRounds && has_turns(work, parent); ++round) {
-    return_to_course(work, around, work.line.points);
-    relax_turns(work, parent, around, depths);
-    check_widths(work, around.distance_to_wall);
-    resample(work.line, work.shared, step);
+  constexpr int kMostRounds = 6;
+  for (const double share : {0.8, 0.65, 0.5}) {
+    if (!has_turns(work, parent)) return;
+    const LeastDepths depths(work, around, share);
+    for (int round = 0; round < kMostRounds && has_turns(work, parent); ++round) {
+      return_to_course(work, around, work.line.points);
+      relax_turns(work, parent, around, depths);
+      check_widths(work, around.distance_to_wall);
+      resample(work.line, work.shared, step);
+    }
   }
 }
 
