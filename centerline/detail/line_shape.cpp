@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "centerline/detail/point_row.hpp"
 #include "centerline/detail/polyline.hpp"
@@ -14,35 +15,91 @@ namespace angio::centerline {
 
 namespace {
 
-/// Whether a place is in the lumen and not much nearer to its wall than the middle there.
+/// Whether no wall is between two places.
+bool sees(const Wall& wall, const Vec3& from, const Vec3& to) {
+  constexpr double kStep = 0.5;  // voxels
+  const int steps = int(std::ceil(distance(from, to) / (kStep * wall.resolution())));
+  for (int n = 1; n < steps; ++n)
+    if (!wall.inside(from + (double(n) / steps) * (to - from))) return false;
+  return true;
+}
+
+/// Whether a place is in the lumen that the line was traced along, and not in one beside it, and
+/// not much nearer to its wall than the middle there.
 bool is_in_core(const Line& work, const Surroundings& around, const Vec3& place) {
   constexpr double kCore = 0.5;
   if (!around.wall.inside(place)) return false;
+  const Vec3& middle = work.course[work.course.nearest(place)];
+  const double depth = around.lumen.depth_at(middle);
+  if (distance(place, middle) > depth && !sees(around.wall, place, middle)) return false;
   // The course runs into the edge of a cap, the line to its middle.
   if (distance(place, work.course.back()) < work.end_reach ||
       distance(place, work.course.front()) < work.start_reach)
     return true;
-  const Vec3& middle = work.course[work.course.nearest(place)];
   const double slack = 0.5 * around.wall.resolution();
-  return around.lumen.depth_at(place) >= kCore * around.lumen.depth_at(middle) - slack;
+  return around.lumen.depth_at(place) >= kCore * depth - slack;
+}
+
+/// Takes tips that are far from where the line was traced to back there.
+void return_tips(const Line& work, std::vector<Vec3>& curve) {
+  constexpr double kFar = 2.0;  // radii, beyond the reach of the cap
+  const Polyline& line = work.line;
+  const auto is_far = [&](const Vec3& tip, const Vec3& traced, double reach, double radius) {
+    return distance(tip, traced) > reach + kFar * radius;
+  };
+  if (!work.end_rim && is_far(curve.back(), work.course.back(), work.end_reach, line.radius.back()))
+    curve.back() = work.course.back();
+  if (work.free_start && !work.start_rim &&
+      is_far(curve.front(), work.course.front(), work.start_reach, line.radius.front()))
+    curve.front() = work.course.front();
+}
+
+/// The place of the course that each point of a curve is beside: those for which the sum of squared
+/// distances is least while the course is only followed onwards. The nearest place may be on
+/// another limb, where the course comes back beside itself.
+std::vector<std::size_t> follow_course(const PointRow& course, const std::vector<Vec3>& curve) {
+  const std::size_t count = course.size();
+  std::vector<double> cost(count, 0.0);
+  std::vector<std::vector<std::uint32_t>> before;  // the place of the point before, of each place
+  for (const Vec3& point : curve) {
+    std::vector<std::uint32_t>& from = before.emplace_back(count);
+    std::uint32_t best = 0;
+    double least = cost.front();
+    for (std::size_t j = 0; j < count; ++j) {
+      if (cost[j] < least) {
+        least = cost[j];
+        best = std::uint32_t(j);
+      }
+      from[j] = best;
+      cost[j] = least + norm_squared(course[j] - point);
+    }
+  }
+  std::vector<std::size_t> beside(curve.size());
+  auto at = std::size_t(std::min_element(cost.begin(), cost.end()) - cost.begin());
+  for (std::size_t k = curve.size(); k-- > 0;) {
+    beside[k] = at;
+    at = before[k][at];
+  }
+  return beside;
 }
 
 /// Takes stretches that left the core back to the voxels that the line was traced along, from
 /// where the line runs beside them to where it does so again.
 void return_to_course(const Line& work, const Surroundings& around, std::vector<Vec3>& curve) {
+  return_tips(work, curve);
   const std::size_t least = std::max<std::size_t>(work.shared, 1);
+  std::vector<std::size_t> place;  // on the course
   const auto is_beside = [&](std::size_t k) {
     const double near = std::max(2.0 * around.wall.resolution(), 0.3 * work.line.radius[k]);
-    return is_in_core(work, around, curve[k]) &&
-           distance(curve[k], work.course[work.course.nearest(curve[k])]) < near;
+    return is_in_core(work, around, curve[k]) && distance(curve[k], work.course[place[k]]) < near;
   };
   for (std::size_t i = least; i + 1 < curve.size(); ++i) {
     if (is_in_core(work, around, curve[i])) continue;
+    if (place.empty()) place = follow_course(work.course, curve);
     std::size_t begin = i, end = i;  // points [begin, end) are put anew
     while (begin > least && !is_beside(begin - 1)) --begin;
     while (end + 1 < curve.size() && !is_beside(end)) ++end;
-    const auto from = double(work.course.nearest(curve[begin - 1]));
-    const auto to = double(work.course.nearest(curve[end]));
+    const auto from = double(place[begin - 1]), to = double(place[end]);
     for (std::size_t k = begin; k < end; ++k) {
       const double at = from + (to - from) * double(k - begin + 1) / double(end - begin + 1);
       const auto low = std::min(std::size_t(at), work.course.size() - 1);
@@ -177,8 +234,8 @@ std::vector<char> within_two_radii(const Polyline& line, const std::vector<char>
   return near;
 }
 
-/// Where a point goes so that the curve bends less there: across the curve down its bending energy,
-/// the sum of |x[k - m] - 2 x[k] + x[k + m]|^2; along it to the middle of its neighbours.
+/// Where a point goes so that the curve bends less there: across the curve down the sum of
+/// |x[k - m] - 2 x[k] + x[k + m]|^2; along it to the middle of its neighbours.
 Vec3 bent_less(const std::vector<Vec3>& points, std::size_t i, std::size_t m) {
   const auto& x = points;
   const Vec3 evenly = 0.25 * (x[i - 1] + x[i + 1] - 2.0 * x[i]);
@@ -283,7 +340,7 @@ bool has_turns(const Line& work, const Line* parent) {
 void straighten(Line& work, const Line* parent, const Surroundings& around,
                 const std::function<double(double)>& step) {
   constexpr int kMostRounds = 6;
-  for (const double share : {0.8, 0.65, 0.5}) {
+  for (const double share : {0.8, 0.7}) {
     if (!has_turns(work, parent)) return;
     const LeastDepths depths(work, around, share);
     for (int round = 0; round < kMostRounds && has_turns(work, parent); ++round) {

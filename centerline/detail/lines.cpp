@@ -8,6 +8,7 @@
 #include "centerline/detail/line_shape.hpp"
 #include "centerline/detail/line_starts.hpp"
 #include "centerline/detail/line_tips.hpp"
+#include "centerline/detail/point_row.hpp"
 #include "centerline/detail/polyline.hpp"
 #include "centerline/detail/ridge.hpp"
 #include "centerline/detail/section.hpp"
@@ -236,10 +237,29 @@ std::vector<double> width_around(const Line& work, const std::vector<double>& s)
   return around;
 }
 
+/// The place on the line through a row of points that is nearest to a place.
+Vec3 beside_on(const PointRow& row, const Vec3& place) {
+  const std::size_t nearest = row.nearest(place);
+  Vec3 best = row[nearest];
+  for (const std::size_t other :
+       {nearest - std::min<std::size_t>(nearest, 1), std::min(nearest + 1, row.size() - 1)}) {
+    const Vec3 along = row[other] - row[nearest];
+    const double squared = norm_squared(along);
+    if (!(squared > 0.0)) continue;
+    const double t = std::clamp(dot(place - row[nearest], along) / squared, 0.0, 1.0);
+    const Vec3 there = row[nearest] + t * along;
+    if (norm_squared(there - place) < norm_squared(best - place)) best = there;
+  }
+  return best;
+}
+
 /// How wide the lumen is beside each point of a line that runs off the middle there: the greatest
 /// ball with its middle in the point's section, between which and the point the lumen only gets
-/// wider. 0 where the line is in the middle, or at a closed tip, where the nearest wall is the cap.
-std::vector<double> radius_beside(const Line& work, const Surroundings& surroundings) {
+/// wider, or that of the nearest middle. 0 where the line is in the middle, or at a closed tip,
+/// where the nearest wall is the cap.
+/// @param middles  of the vessel, before its line was straightened
+std::vector<double> radius_beside(const Line& work, const PointRow& middles,
+                                  const Surroundings& surroundings) {
   constexpr double kNear = 0.9, kTip = 2.0, kOpen = 0.5;
   const Polyline& line = work.line;
   const std::vector<double> s = arc_length(line.points), around = width_around(work, s);
@@ -251,11 +271,13 @@ std::vector<double> radius_beside(const Line& work, const Surroundings& surround
     const std::size_t i = work.shared + std::size_t(index);
     const double zone = kTip * around[i];
     if ((closed_start && s[i] < zone) || (closed_end && s.back() - s[i] < zone)) return;
-    if (line.radius[i] >= kNear * around[i]) return;
+    const double of_middle =
+        surroundings.distance_to_wall.at(beside_on(middles, line.points[i]), line.radius[i]);
+    if (line.radius[i] >= kNear * std::max(around[i], of_middle)) return;
     const Vec3 deepest =
         deepest_in_section(line.points[i], tangent_at(line, s, i, direction_reach(line, i)),
                            around[i], surroundings.distance_to_wall, surroundings.wall);
-    beside[i] = surroundings.distance_to_wall.at(deepest, line.radius[i]);
+    beside[i] = std::max(surroundings.distance_to_wall.at(deepest, line.radius[i]), of_middle);
   });
   return beside;
 }
@@ -264,7 +286,7 @@ std::vector<double> radius_beside(const Line& work, const Surroundings& surround
 /// and its flat triangles do not make too low, as long as it is within 1 % of the wall itself. The
 /// tube's is the model's, or that of the greatest ball beside the line where that is wider: a line
 /// that cuts a bend's corner is no stenosis.
-void take_radii(Line& work, const Look& look, const Surroundings& around) {
+void take_radii(Line& work, const Look& look, const PointRow& middles, const Surroundings& around) {
   constexpr double kMost = 1.01;
   Polyline& line = work.line;
   work.seen.resize(line.points.size(), 0);
@@ -276,7 +298,7 @@ void take_radii(Line& work, const Look& look, const Surroundings& around) {
     line.radius[i] = look.seen[i] != 0 ? std::clamp(look.radius[i], here, kMost * here) : here;
     work.fitted[i] = look.seen[i] != 0 ? look.radius[i] : here;
   });
-  const std::vector<double> beside = radius_beside(work, around);
+  const std::vector<double> beside = radius_beside(work, middles, around);
   for (std::size_t i = work.shared; i < line.points.size(); ++i) {
     work.fitted[i] = std::max(work.fitted[i], beside[i]);
     const double widest = std::max(line.radius[i], beside[i]);
@@ -327,6 +349,7 @@ bool is_even(const Line& work, const std::function<double(double)>& step) {
 /// The line in the middle, smooth, with the numbers that are kept.
 void finish(Line& work, const Line* parent, const Surroundings& around) {
   constexpr int kMostClimbs = 3;
+  const PointRow middles(work.line.points);
   const auto spread = [&] {
     check_widths(work, around.distance_to_wall);
     straighten(work, parent, around, around.last_step);
@@ -342,7 +365,7 @@ void finish(Line& work, const Line* parent, const Surroundings& around) {
     spread();
     look = measure(work, parent, around);
   }
-  take_radii(work, look, around);
+  take_radii(work, look, middles, around);
 }
 
 CenterlinePath to_path(const Line& line, int id) {

@@ -233,10 +233,41 @@ TEST(LineLaws, RoundATightBendTheLineStaysOffTheInnerWall) {
   for (std::size_t i = 0; i < path.points.size(); ++i) {
     const double s = path.abscissa[i];
     if (s < 3.0 * kRadius || path.abscissa.back() - s < 3.0 * kRadius) continue;
-    EXPECT_GT(path.inscribed_radius[i], 0.55 * kRadius) << s;
+    EXPECT_GT(path.inscribed_radius[i], 0.5 * kRadius) << s;
     EXPECT_NEAR(path.tube_radius[i], kRadius, 0.05 * kRadius) << s;
   }
   EXPECT_FALSE(find_lesions(result.tree, {}).at(0).is_stenosis);
+}
+
+// Round 108 degrees at 1.1 radii, where the middle itself turns by 52 degrees within a radius.
+TEST(LineLaws, TheLineTurnsByLessThan40DegreesWithinARadius) {
+  constexpr double kRadius = 2.0, kBend = 1.1 * kRadius, kLeg = 16.0;
+  constexpr double kAngle = 0.6 * units::kPi;
+  for (const double voxel : {0.3, 0.45}) {
+    const Tube siphon = test::make_tube(
+        [=](double t) {
+          const double along = t * (2.0 * kLeg + kAngle * kBend) - kLeg;
+          const double angle = std::clamp(along / kBend, 0.0, kAngle);
+          const double before = std::min(along, 0.0),
+                       behind = std::max(along - kAngle * kBend, 0.0);
+          return Vec3{kBend * std::cos(angle) - behind * std::sin(kAngle),
+                      kBend * std::sin(angle) + before + behind * std::cos(kAngle), 0.0};
+        },
+        [](double) { return kRadius; });
+    const CenterlineResult result =
+        extract_centerline(level_set_of({siphon}, grid_around({siphon}, voxel, 1.5)), {});
+    ASSERT_EQ(result.tree.paths.size(), 1U);
+    const CenterlinePath& path = result.tree.paths[0];
+    const auto along = [&](std::size_t i) {
+      return normalized(path.points[i + 1] - path.points[i]);
+    };
+    for (std::size_t i = 1; i + 1 < path.points.size(); ++i)
+      for (std::size_t k = i; k + 1 < path.points.size() &&
+                              path.abscissa[k] - path.abscissa[i] <= path.inscribed_radius[i];
+           ++k)
+        EXPECT_GT(dot(along(i - 1), along(k)), std::cos(40.0 * units::kPi / 180.0))
+            << voxel << ' ' << path.abscissa[i];
+  }
 }
 
 // Cut off at the beginning of the bend, or cut from a vessel that goes on thinner, as many a
