@@ -28,6 +28,10 @@ struct CenterlineOptions {
   void validate() const;  ///< @throws OptionError naming the field
 };
 
+/// How the warnings begin that another end may be the inlet: of a tree, and of a vessel's two ends.
+inline constexpr const char* kUncertainInlet = "the inlet is not certain";
+inline constexpr const char* kEitherEnd = "of the vessel's two ends either may be the inlet";
+
 struct CenterlineResult {
   /// With radii, sections, tracts; at least one path. Of a lumen in several pieces the lines of
   /// several trees, the largest piece's first (core/centerline_trees.hpp).

@@ -22,7 +22,9 @@ void request_stop(int) {
 }
 
 void end_now(int) {
-  constexpr std::string_view kLine = "angio: interrupted. Run the same command again to go on\n";
+  constexpr std::string_view kLine =
+      "angio: interrupted. Run the same command again to go on; angio report CASE shows what is "
+      "there\n";
   if (write(STDERR_FILENO, kLine.data(), kLine.size()) < 0) {
     // a closed or full standard error changes nothing
   }

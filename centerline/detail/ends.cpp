@@ -228,7 +228,7 @@ void take_rims(const LumenVoxels& lumen, const std::vector<Rim>& rims, bool are_
   const auto tips = std::count_if(ends.ends.begin(), ends.ends.end(), [&](const LumenEnd& end) {
     return length_of(end.voxel) >= kLongerThanWide;
   });
-  const double least = are_caps && tips > std::ptrdiff_t(rims.size()) ? kLongerThanWide : kLong;
+  const double least = tips > std::ptrdiff_t(rims.size()) ? kLongerThanWide : kLong;
   const auto is_on_a_rim = [&](int tip) {
     return std::any_of(rims.begin(), rims.end(),
                        [&](const Rim& rim) { return is_on(lumen, rim.opening, tip); });
@@ -238,7 +238,7 @@ void take_rims(const LumenVoxels& lumen, const std::vector<Rim>& rims, bool are_
     const bool is_flat_or_stump = are_caps && end.middle;
     if (length_of(end.voxel) < (is_flat_or_stump ? kStump : least)) continue;
     kept.push_back(end);
-    closed.push_back(end.voxel);
+    if (!end.at_loop_cut && !end.is_meeting) closed.push_back(end.voxel);
     add_to_tree(end.voxel);
   }
   ends.ends = std::move(kept);

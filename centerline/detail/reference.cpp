@@ -291,6 +291,21 @@ void share_branch(const Branch& branch, const CenterlineTree& tree,
   }
 }
 
+bool is_measured_anywhere(const std::vector<FieldBranch>& branches) {
+  return std::any_of(branches.begin(), branches.end(), [](const FieldBranch& branch) {
+    return std::any_of(branch.cells.begin(), branch.cells.end(),
+                       [](const FieldCell& cell) { return cell.weight > 0.0; });
+  });
+}
+
+/// Gives each path the median of its balls' diameters, where nothing tells of the healthy tree.
+void take_own_widths(const CenterlineTree& tree, std::vector<ReferenceDiameter>& paths) {
+  for (std::size_t p = 0; p < paths.size(); ++p) {
+    std::vector<double> radii = tree.paths[p].inscribed_radius;
+    paths[p].diameter.assign(tree.paths[p].points.size(), 2.0 * median(std::move(radii)));
+  }
+}
+
 }  // namespace
 
 TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
@@ -313,6 +328,7 @@ TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
     fill_branch(result, b, lines[b], units[p], tree, result.paths[p]);
   }
   for (const Branch& branch : result.branches) share_branch(branch, tree, result.paths);
+  if (!is_measured_anywhere(result.field_branches)) take_own_widths(tree, result.paths);
   return result;
 }
 

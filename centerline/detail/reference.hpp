@@ -33,6 +33,9 @@ struct TreeReference {
 /// Where no cell agrees, it is the field's own value. A thread in which a line ends, under a third
 /// as wide as the branch, tells nothing of it.
 ///
+/// Where nothing is measured in the whole tree (a piece of vessel hardly longer than its fork), the
+/// reference of a path is the median of its balls' diameters.
+///
 /// Lengths count in diameters of the vessel around, so nothing changes when a tree is scaled. What
 /// tracts with `blanking` hide is not measured.
 ///

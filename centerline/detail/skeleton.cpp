@@ -85,9 +85,9 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
   const InletChoice choice = choose_inlet(lumen, front, candidates);
   const auto place = [&](std::size_t c) { return in_words(lumen.position(candidates[c].voxel)); };
   if (choice.rival)
-    warnings.push_back("the inlet is not certain: the end at " + place(choice.best) +
-                       " was taken, the one at " + place(*choice.rival) +
-                       " is nearly as likely. --inlet says which it is");
+    warnings.push_back(std::string(candidates.size() > 2 ? kUncertainInlet : kEitherEnd) +
+                       ": the end at " + place(choice.best) + " was taken, the one at " +
+                       place(*choice.rival) + " is nearly as likely. --inlet says which it is");
   return candidates[choice.best].voxel;
 }
 
@@ -155,8 +155,18 @@ std::vector<std::string> notes_on(const LumenVoxels& lumen, const Ends& ends,
   if (!sacs.empty())
     notes.push_back("a sac (aneurysm?) " + at_places(positions(lumen, sacs)) +
                     " has no line, because it ends without an outlet");
-  if (!closed.empty())
-    notes.push_back("a vessel ends closed " + at_places(positions(lumen, closed)) +
+  // Next to a cut the line of the other side ends, and no vessel.
+  std::vector<int> tips = closed;
+  std::erase_if(tips, [&](int tip) {
+    constexpr double kNear = 2.0;  // depths
+    return std::any_of(ends.loop_cuts.begin(), ends.loop_cuts.end(), [&](int cut) {
+      return distance(lumen.position(tip), lumen.position(cut)) <
+             kNear *
+                 std::max(double(lumen.depth[std::size_t(cut)]), lumen.geometry.longest_spacing());
+    });
+  });
+  if (!tips.empty())
+    notes.push_back("a vessel ends closed " + at_places(positions(lumen, tips)) +
                     "; its tip counts as an outlet");
   if (!ends.loop_cuts.empty())
     notes.push_back(

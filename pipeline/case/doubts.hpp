@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "centerline/centerline.hpp"
 #include "core/units.hpp"
 #include "pipeline/case/stage.hpp"
 #include "segmentation/segmentation.hpp"
@@ -14,10 +15,11 @@ namespace angio::pipeline {
 inline constexpr std::string_view kUnmeasuredThroat = "the lesion's throat is narrower than";
 
 /// Whether a warning is told before those of other things: of the treatment, of a unit that was
-/// guessed, of a throat that nobody can measure, of a lumen that may be none.
+/// guessed, of a tree's inlet, of a throat that nobody can measure, of a lumen that may be none.
 inline bool concerns_result(Stage stage, const std::string& warning) {
   return stage == Stage::simulation || warning.starts_with(kUnitGuessed) ||
          warning.starts_with(kUnmeasuredThroat) ||
+         warning.starts_with(centerline::kUncertainInlet) ||
          warning.starts_with(segmentation::kDoubtfulLumen) ||
          warning.starts_with(segmentation::kOutweighedLumen);
 }

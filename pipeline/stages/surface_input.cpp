@@ -53,6 +53,7 @@ void choose_unit(GivenSurface& given, std::optional<LengthUnit> stated,
       warn(fmt::format("read in {}, as the file says: {}", name, words(given.unit)));
     return;
   }
+  constexpr double kLeastSeenMm = 0.3;  // of a vessel's diameter
   given.unit = guess.unit;
   given.unit_source = guess.is_vessel ? "size" : "default";
   const std::string read = fmt::format("{}; it is read in {}: {}. ", kUnitGuessed,
@@ -60,8 +61,12 @@ void choose_unit(GivenSurface& given, std::optional<LengthUnit> stated,
   if (!guess.others.empty())
     warn(read + fmt::format("In {} it would be {}: add {} if so", unit_name(guess.others.front()),
                             words(guess.others.front()), options_of(guess.others)));
-  else if (guess.unit != LengthUnit::mm)
+  else if (guess.unit != LengthUnit::mm && given.size.median < kLeastSeenMm)
     warn(read + fmt::format("In mm no scan would show it ({}). --unit says otherwise",
+                            words(LengthUnit::mm)));
+  else if (guess.unit != LengthUnit::mm)
+    warn(read + fmt::format("In mm it would be smaller than what is scanned ({}): add --unit mm if "
+                            "it is",
                             words(LengthUnit::mm)));
 }
 
@@ -74,7 +79,7 @@ void check_extent(const GivenSurface& given) {
   if (extent >= kLeastMm && extent <= kMostMm) return;
   std::vector<LengthUnit> fitting;
   for (std::size_t u = 0; u < std::size(kLengthUnitNames); ++u)
-    if (in_file * kMillimetresOf[u] >= 10.0 && in_file * kMillimetresOf[u] <= 500.0)
+    if (in_file * kMillimetresOf[u] >= kLeastMm && in_file * kMillimetresOf[u] <= 500.0)
       fitting.push_back(LengthUnit(u));
   throw InputError(fmt::format(
       "the surface is {:.3g} mm across, read in {} (vessels are {} to {} mm long). {}", extent,

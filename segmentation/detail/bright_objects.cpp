@@ -172,7 +172,7 @@ std::string amount_of(const Components& pieces, const std::vector<bool>& is_obje
 }  // namespace
 
 BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
-                                  const SegmentationOptions& options) {
+                                  const BloodLevel& known, const SegmentationOptions& options) {
   if (axes.empty()) return {};
   const double noise = noise_deviation(volume);
   TubeLevel level = tube_level(axes, volume);
@@ -181,7 +181,8 @@ BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector
       smooth(volume, denoising_sigma(volume, noise, double(level.contrast)));
   const VolumeGeometry& grid = volume.geometry;
 
-  level = tube_level(axes, denoised, kPlaqueQuantile, typical_contrast(axes));
+  level = known.is_told ? TubeLevel{known.lumen, known.contrast()}
+                        : tube_level(axes, denoised, kPlaqueQuantile, typical_contrast(axes));
   const PlaqueLevel blood{level.lumen, level.contrast};
   const BrightPieces in_vessels = find_bright_pieces(denoised, level, options);
   std::vector<VoxelBox> boxes;

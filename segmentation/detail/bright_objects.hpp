@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/volume.hpp"
+#include "segmentation/detail/blood_level.hpp"
 #include "segmentation/detail/tube_axes.hpp"
 #include "segmentation/segmentation.hpp"
 
@@ -27,11 +28,12 @@ struct BrightObjects {
 /// taken for bright.
 ///
 /// Pieces in a vessel's wall are calcified plaque, and darkened instead (plaque.hpp). For them, L
-/// and C are 0.75 quantiles, and C counts in the weights for no more than its median: plaque's own
-/// is the greatest.
+/// and C are those of blood where they are known; else 0.75 quantiles, and C counts in the weights
+/// for no more than its median: plaque's own is the greatest.
 ///
-/// @param axes  of the volume (find_tube_axes)
+/// @param axes   of the volume (find_tube_axes)
+/// @param known  blood's level, where even vessels tell it; else not told
 BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector<TubeAxis>& axes,
-                                  const SegmentationOptions& options);
+                                  const BloodLevel& known, const SegmentationOptions& options);
 
 }  // namespace angio::segmentation::detail

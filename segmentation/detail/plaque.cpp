@@ -19,7 +19,8 @@ constexpr float kBright = 0.5f;      ///< contrasts above blood: half of it, not
 constexpr double kEachSide = 0.2;    ///< of its border: plaque is between wall and blood
 constexpr double kSteep = 0.55;      ///< contrasts a voxel
 constexpr float kNearBlood = 0.25f;  ///< of the contrast
-constexpr double kReachOfAxis = 4.0, kLeastAxis = 4.0;  ///< [mm]
+constexpr double kReachOfAxis = 4.0, kLeastAxis = 4.0;  ///< [mm]; or a wider tube's radius and
+constexpr double kReachOfWall = 2.0;                    ///< so much [mm]
 constexpr double kThickest = 2.0;                       ///< [mm] radius of a ball in plaque
 constexpr double kLongestPlaque = 40.0;                 ///< [mm]
 
@@ -154,6 +155,7 @@ Nearness nearness(const Surroundings& around, const Index& at, const std::vector
 struct AxisPlace {
   Index at;
   double length;  ///< that it stands for [mm]
+  double reach;   ///< from it to a piece in its wall [mm]
 };
 
 std::vector<AxisPlace> places_of_blood(const std::vector<TubeAxis>& axes,
@@ -162,7 +164,8 @@ std::vector<AxisPlace> places_of_blood(const std::vector<TubeAxis>& axes,
   for (const TubeAxis& axis : axes)
     for (const std::size_t v : axis.voxels)
       if (std::abs(denoised.values[v] - level.blood) <= kNearBlood * level.contrast)
-        places.push_back({voxel_of(denoised.geometry, v), axis.length_share});
+        places.push_back({voxel_of(denoised.geometry, v), axis.length_share,
+                          std::max(kReachOfAxis, axis.radius_mm + kReachOfWall)});
   return places;
 }
 
@@ -172,7 +175,7 @@ double length_near(const std::vector<AxisPlace>& places, const VoxelBox& box, co
   for (const AxisPlace& place : places) {
     bool is_near = true;
     for (std::size_t a = 0; a < 3; ++a) {
-      const double reach = kReachOfAxis / h[int(a)];
+      const double reach = place.reach / h[int(a)];
       is_near = is_near && place.at[a] >= box.first[a] - reach &&
                 place.at[a] < box.first[a] + box.size[a] + reach;
     }

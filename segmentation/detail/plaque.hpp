@@ -29,7 +29,8 @@ struct PlaqueLevel {
 /// @param pieces      of what is brighter than blood
 /// @param boxes       around each, shape [piece_count + 1]
 /// @param candidates  to be looked at, the same shape
-/// @param axes        of the volume: plaque has 4 mm or more of one as bright as blood within 4 mm
+/// @param axes        of the volume: plaque has 4 mm or more of one as bright as blood within 4 mm,
+///                    or 2 mm beyond its radius
 std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
                               const std::vector<bool>& candidates,
                               const std::vector<TubeAxis>& axes, const Volume<float>& denoised,

@@ -33,7 +33,7 @@ VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOp
       image.warnings.push_back(std::move(bones.warning));
     }
     progress.report(0.9, "telling blood from bone");
-    BrightObjects bright = find_bright_objects(present(), axes, options);
+    BrightObjects bright = find_bright_objects(present(), axes, image.level, options);
     if (!bright.image_without.values.empty()) image.without = std::move(bright.image_without);
     std::move(bright.warnings.begin(), bright.warnings.end(), std::back_inserter(image.warnings));
   }

@@ -68,8 +68,9 @@ TEST_F(RealData, RotationalAngiographyGivesOneTree) {
 TEST_F(RealData, NothingIsTakenForBoneWhereThereIsNone) {
   for (const char* name : {"mra-aorta-vmtk/aorta.mha", "3dra-aneurism/dicom"}) {
     const auto volume = read_volume(data(name), {}).volume;
-    EXPECT_THAT(detail::find_bright_objects(volume, detail::find_tube_axes(volume), {}).warnings,
-                testing::IsEmpty())
+    EXPECT_THAT(
+        detail::find_bright_objects(volume, detail::find_tube_axes(volume), {}, {}).warnings,
+        testing::IsEmpty())
         << name;
   }
 }
