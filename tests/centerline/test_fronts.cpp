@@ -98,5 +98,34 @@ TEST(Rims, HaveNoEndBesideTheirOwnAtTheCornerOfTheCap) {
   EXPECT_TRUE(closed.empty());
 }
 
+/// Two holes in a closed surface, at the tips of two of its branches, do not make its other vessels
+/// none; where most ends are open, what is closed and but three times as long as wide is no end.
+TEST(Rims, AreNotTheOnlyEndsOfATreeThatIsClosed) {
+  constexpr double kSide = 1.2, kLong = 9.0;  // mm; the trunk's wall is at 2.5
+  std::vector<Tube> tree{straight_tube({0, 0, 0}, {0, 0, 60}, constant(2.5))};
+  std::vector<Vec3> tips{{0, 0, 0}, {0, 0, 60}};
+  for (int k = 0; k < 5; ++k) {
+    const double angle = 1.2 * k, z = 10.0 + 9.0 * k;
+    const Vec3 tip{kLong * std::cos(angle), kLong * std::sin(angle), z + 3.0};
+    tree.push_back(straight_tube({0, 0, z}, tip, constant(kSide)));
+    tips.push_back(tip);
+  }
+  LumenVoxels lumen =
+      find_lumen_pieces(level_set_of(tree, grid_around(tree, 0.4, 1.5))).pieces.front();
+  const auto ends_with = [&](std::size_t first, std::size_t last) {  // tips [first, last) are open
+    std::vector<Rim> rims;
+    for (std::size_t t = first; t < last; ++t)
+      rims.push_back({lumen.nearest(tips[t]), {tips[t], kSide}});
+    const int source = rims.front().voxel;
+    std::vector<char> near_cut(std::size_t(lumen.count()), 0);
+    Ends ends = find_ends(lumen, source, {}, 0.0, near_cut, {});
+    std::vector<int> closed;
+    take_rims(lumen, rims, false, source, ends, closed);
+    return ends.ends.size();
+  };
+  EXPECT_EQ(ends_with(2, 4), tips.size() - 1);
+  EXPECT_EQ(ends_with(0, 6), 5U);
+}
+
 }  // namespace
 }  // namespace angio::centerline

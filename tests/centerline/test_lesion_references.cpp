@@ -56,6 +56,13 @@ TEST(LesionReferences, ABallThatFitsProvesThatTheLumenIsNoNarrower) {
   EXPECT_TRUE(find_lesions(tree_of({path}), {}).at(0).is_stenosis);
 }
 
+TEST(LesionReferences, OfWhatIsMeasuredNowhereIsTheLumensOwnWidth) {
+  CenterlinePath path = line_of([](double s) { return 2.5 + 0.1 * s; }, 4.0);
+  path.tracts = {{0, int(path.points.size()) - 1, 0, 0, true}};
+  const ReferenceDiameter reference = find_reference(tree_of({path}), 0.0).paths[0];
+  for (const double diameter : reference.diameter) EXPECT_NEAR(diameter, 2.7, 0.05);
+}
+
 /// The cells of a branch of given diameters, a quarter of a diameter long each.
 FieldBranch cells_of(const std::function<double(double)>& diameter, double length) {
   FieldBranch branch;

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "core/units.hpp"
+#include "segmentation/detail/bright_objects.hpp"
 #include "segmentation/detail/fields.hpp"
 #include "segmentation/detail/plaque.hpp"
 #include "segmentation/segmentation.hpp"
@@ -124,6 +125,43 @@ bool is_plaque(const Volume<float>& volume) {
   candidates[largest] = true;
   return detail::find_plaque(pieces, boxes, candidates, detail::find_tube_axes(volume), volume,
                              {float(kBlood), 350.0f})[largest];
+}
+
+// Its wall is farther from the axis than that of any vessel that a balloon of a coronary fits.
+TEST(Plaque, InTheWallOfAWideVesselIsFarFromItsAxis) {
+  constexpr double kWide = 9.0, kThick = 2.0, kHalfLong = 4.0, kHalfHigh = 3.0;  // mm
+  TubeImage image;
+  image.size = {44, 44, 60};
+  image.spacing = {0.7, 0.7, 0.7};
+  image.blur_mm = 0.4;
+  image.background = kTissue;
+  image.lumen = kBlood;
+  Volume<float> volume = image_of(image, [&](const Vec3& p) { return along_z(p, kWide); });
+  image.lumen = 1100.0;
+  const Volume<float> plaque = image_of(image, [&](const Vec3& p) {
+    return std::max({along_z(p, kWide), -along_z(p, kWide - kThick), std::abs(p.z) - kHalfLong,
+                     std::abs(p.y) - kHalfHigh, -p.x});
+  });
+  for (std::size_t v = 0; v < volume.values.size(); ++v)
+    volume.values[v] = std::max(volume.values[v], plaque.values[v]);
+  EXPECT_TRUE(is_plaque(volume));
+}
+
+// In a trunk the most of what is tubular is no blood: vessels in lung and liver, far darker.
+TEST(Plaque, IsToldByBloodsOwnLevelWhereThatIsKnown) {
+  const Volume<float> volume = image_with({});
+  std::vector<detail::TubeAxis> axes = detail::find_tube_axes(volume);
+  detail::TubeAxis dark{kRadius, {}, kVoxel, {}, {}};
+  for (std::size_t v = 0; v < 3000; ++v) {
+    dark.voxels.push_back(v);
+    dark.intensity.push_back(volume.values[v]);
+    dark.contrast.push_back(300.0f);
+  }
+  axes.push_back(dark);
+  const auto told = testing::Contains(testing::HasSubstr("calcified plaque"));
+  const detail::BloodLevel blood{float(kBlood), float(kTissue), true};
+  EXPECT_THAT(detail::find_bright_objects(volume, axes, blood, {}).warnings, told);
+  EXPECT_THAT(detail::find_bright_objects(volume, axes, {}, {}).warnings, testing::Not(told));
 }
 
 TEST(Plaque, IsNoDenserVesselThatCrosses) {
