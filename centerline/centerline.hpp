@@ -165,6 +165,9 @@ struct Lesion {
   double reference_proximal_mm = 0.0;  ///< median of the healthy diameters within three diameters
   double reference_distal_mm = 0.0;    ///< before and behind the edges; 0 where there are none
   double reference_average_mm = 0.0;   ///< the mean of both, or of the one there is; 0: neither
+  /// The mean of the widest places of the same branch within three diameters before and behind the
+  /// edges, healthy or not (their 0.9 quantiles); 0 unless both are seen over a diameter.
+  double widest_beside_mm = 0.0;
   double diameter_stenosis_percent = 0.0;  ///< 100 (1 - mld / reference)
   double area_stenosis_percent = 0.0;      ///< 100 (1 - mla / (pi / 4 reference^2))
   double length_mm = 0.0;                  ///< distal_mm - proximal_mm

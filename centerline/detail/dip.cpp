@@ -165,6 +165,31 @@ double reference_of_sides(const Known& known, const Vessel& vessel, const Dip& d
   return std::min(before, behind) > 0.0 && by_tree > kMostAbove * wider ? wider : 0.0;
 }
 
+/// The mean of the 0.9 quantiles of the diameters of a dip's own branch within three diameters
+/// before and behind its edges; 0 unless both are seen over a diameter.
+double widest_beside(const Known& known, const Vessel& vessel, const Dip& dip, double diameter) {
+  constexpr double kReach = 3.0, kLeastSeen = 1.0, kShare = 0.9;
+  const auto& s = known.path.abscissa;
+  const int branch = known.reference.branch[dip.tightest];
+  double sum = 0.0;
+  for (const int direction : {-1, 1}) {
+    const std::size_t edge = direction < 0 ? dip.first : dip.last;
+    std::vector<std::size_t> points;
+    for (auto i = std::ptrdiff_t(edge) + direction;
+         i >= std::ptrdiff_t(vessel.first) && i <= std::ptrdiff_t(vessel.last); i += direction) {
+      const auto at = std::size_t(i);
+      if (std::abs(s[at] - s[edge]) > kReach * diameter || known.reference.branch[at] != branch)
+        break;
+      if (known.is_measured(at)) points.push_back(at);
+    }
+    if (length_of(known, points) < kLeastSeen * diameter) return 0.0;
+    std::vector<double> diameters;
+    for (const std::size_t at : points) diameters.push_back(known.reference.measured[at]);
+    sum += quantile(diameters, kShare);
+  }
+  return 0.5 * sum;
+}
+
 void set_references(const Known& known, const Vessel& vessel, const Dip& dip, std::size_t place,
                     Lesion& lesion) {
   constexpr double kReach = 3.0;
@@ -183,6 +208,7 @@ void set_references(const Known& known, const Vessel& vessel, const Dip& dip, st
   lesion.reference_interpolated_mm = interpolate(known, vessel, dip, place);
   lesion.reference_proximal_mm = beside(dip.first, -1);
   lesion.reference_distal_mm = beside(dip.last, +1);
+  lesion.widest_beside_mm = widest_beside(known, vessel, dip, lesion.reference_diameter_mm);
   const int sides = int(lesion.reference_proximal_mm > 0.0) + int(lesion.reference_distal_mm > 0.0);
   if (sides > 0)
     lesion.reference_average_mm =

@@ -15,6 +15,7 @@
 #include "meshing/meshing.hpp"
 #include "meshing/narrow_lumen.hpp"
 #include "pipeline/case/case_files.hpp"
+#include "pipeline/case/doubts.hpp"
 #include "pipeline/case/metrics.hpp"
 #include "pipeline/case/resolution.hpp"
 
@@ -229,6 +230,24 @@ void tell_of_diffuse(StageWork& work, const std::vector<centerline::Lesion>& les
           lesion.mld_mm, lesion.abscissa_mm, lesion.path_id, lesion.abscissa_mm));
 }
 
+/// Tells of the stenoses that would be far worse by the vessel beside them.
+void tell_of_references(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
+  constexpr double kWider = 1.25;
+  for (const centerline::Lesion& lesion : lesions) {
+    if (!lesion.is_stenosis || lesion.widest_beside_mm < kWider * lesion.reference_diameter_mm)
+      continue;
+    work.warnings.push_back(fmt::format(
+        "{} on line {}, {:.1f} mm from the inlet, is the healthy tree's there, {:.2f} mm; before "
+        "and "
+        "behind it the same vessel is up to {:.2f} mm wide, in the mean of both. Against that it "
+        "would be {:.0f} % and not {:.0f} %: dilated beside it, or narrow on its way to it? Look "
+        "before a balloon is chosen by it (--balloon)",
+        kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, lesion.reference_diameter_mm,
+        lesion.widest_beside_mm, 100.0 * (1.0 - lesion.mld_mm / lesion.widest_beside_mm),
+        lesion.diameter_stenosis_percent));
+  }
+}
+
 }  // namespace
 
 CenterlineSettings centerline_settings(const Config& config) {
@@ -268,6 +287,7 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   tell_of_small_vessels(work, lesions, settings.get<&Config::lesion>().min_reference_mm);
   tell_of_doubtful(work, lesions);
   tell_of_diffuse(work, lesions);
+  tell_of_references(work, lesions);
   write_text_atomically(work.out / "lesions.json",
                         to_json(lesions, result.tree, resolution).dump(2) + "\n");
 }

@@ -37,6 +37,7 @@ constexpr std::array kWordings{
     Wording{"lesion.reference_proximal_mm", "Reference before the lesion", "mm", 2},
     Wording{"lesion.reference_distal_mm", "Reference behind the lesion", "mm", 2},
     Wording{"lesion.reference_average_mm", "Reference, average of both", "mm", 2},
+    Wording{"lesion.widest_beside_mm", "Widest before and behind, their mean", "mm", 2},
     Wording{"lesion.diameter_stenosis_percent", "Diameter stenosis", "%", 1},
     Wording{"lesion.area_stenosis_percent", "Area stenosis", "%", 1},
     Wording{"lesion.lumen_eccentricity", "Eccentricity of the lumen, (widest − least) / widest", "",
