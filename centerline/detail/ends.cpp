@@ -228,7 +228,9 @@ void take_rims(const LumenVoxels& lumen, const std::vector<Rim>& rims, bool are_
   const auto tips = std::count_if(ends.ends.begin(), ends.ends.end(), [&](const LumenEnd& end) {
     return length_of(end.voxel) >= kLongerThanWide;
   });
-  const double least = tips > std::ptrdiff_t(rims.size()) ? kLongerThanWide : kLong;
+  // Bumps of a ragged wall stand out, too: open rims tell where the vessels end unless they are few.
+  const std::ptrdiff_t most = (are_caps ? 1 : 2) * std::ptrdiff_t(rims.size());
+  const double least = tips > most ? kLongerThanWide : kLong;
   const auto is_on_a_rim = [&](int tip) {
     return std::any_of(rims.begin(), rims.end(),
                        [&](const Rim& rim) { return is_on(lumen, rim.opening, tip); });
