@@ -228,7 +228,8 @@ void take_rims(const LumenVoxels& lumen, const std::vector<Rim>& rims, bool are_
   const auto tips = std::count_if(ends.ends.begin(), ends.ends.end(), [&](const LumenEnd& end) {
     return length_of(end.voxel) >= kLongerThanWide;
   });
-  // Bumps of a ragged wall stand out, too: open rims tell where the vessels end unless they are few.
+  // Bumps of a ragged wall stand out, too: open rims tell where the vessels end unless they are
+  // few.
   const std::ptrdiff_t most = (are_caps ? 1 : 2) * std::ptrdiff_t(rims.size());
   const double least = tips > most ? kLongerThanWide : kLong;
   const auto is_on_a_rim = [&](int tip) {
