@@ -42,8 +42,9 @@ void add_missing(const LumenVoxels& lumen, const Ends& others, int source, Ends&
 void add_border_sections(const LumenVoxels& lumen, int source, Ends& ends);
 
 /// Makes every rim an end, and no end of what else stands out but long vessels; a tip that lies on
-/// a rim is that rim's. Where fewer vessels end in caps than in tips, or half as many in open rims, as
-/// where a closed surface has two holes, a tip counts if its vessel is longer than wide.
+/// a rim is that rim's. Where fewer vessels end in caps than in tips, or fewer than half as many in
+/// open rims, as where a closed surface has two holes, a tip counts if its vessel is longer than
+/// wide.
 /// @param are_caps  the rims are those of a closed surface's caps
 /// @param closed  gets the tips of vessels that end without a rim
 void take_rims(const LumenVoxels& lumen, const std::vector<Rim>& rims, bool are_caps, int source,

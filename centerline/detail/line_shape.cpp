@@ -239,7 +239,7 @@ std::vector<char> within_two_radii(const Polyline& line, const std::vector<char>
 Vec3 bent_less(const std::vector<Vec3>& points, std::size_t i, std::size_t m) {
   const auto& x = points;
   const Vec3 evenly = 0.25 * (x[i - 1] + x[i + 1] - 2.0 * x[i]);
-  if (m == 0) return x[i] + evenly;
+  if (m == 0 || x[i + 1] == x[i - 1]) return x[i] + evenly;  // no way along it
   const Vec3 straighter =
       (1.0 / 16.0) * (4.0 * (x[i - m] + x[i + m]) - 6.0 * x[i] - x[i - 2 * m] - x[i + 2 * m]);
   const Vec3 along = normalized(x[i + 1] - x[i - 1]);

@@ -238,10 +238,9 @@ void tell_of_references(StageWork& work, const std::vector<centerline::Lesion>& 
       continue;
     work.warnings.push_back(fmt::format(
         "{} on line {}, {:.1f} mm from the inlet, is the healthy tree's there, {:.2f} mm; before "
-        "and "
-        "behind it the same vessel is up to {:.2f} mm wide, in the mean of both. Against that it "
-        "would be {:.0f} % and not {:.0f} %: dilated beside it, or narrow on its way to it? Look "
-        "before a balloon is chosen by it (--balloon)",
+        "and behind it the same vessel is up to {:.2f} mm wide, in the mean of both. Against that "
+        "it would be {:.0f} % and not {:.0f} %: dilated beside it, or narrow on its way to it? "
+        "Look before a balloon is chosen by it (--balloon)",
         kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, lesion.reference_diameter_mm,
         lesion.widest_beside_mm, 100.0 * (1.0 - lesion.mld_mm / lesion.widest_beside_mm),
         lesion.diameter_stenosis_percent));
