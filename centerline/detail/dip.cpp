@@ -77,18 +77,27 @@ double least_at(const Known& known, const std::vector<double>& values, const Dip
                     kMostAbove * values[lowest]);
 }
 
-/// Healthy points of a vessel within a reach [mm] before (-1) or behind (+1) a point.
-std::vector<std::size_t> healthy_beside(const Known& known, const Vessel& vessel, std::size_t edge,
-                                        int direction, double reach) {
+/// The points of a vessel within a reach [mm] before (-1) or behind (+1) an edge that keep(point)
+/// is true for.
+template <class Keep>
+std::vector<std::size_t> points_beside(const Known& known, const Vessel& vessel, std::size_t edge,
+                                       int direction, double reach, const Keep& keep) {
   std::vector<std::size_t> points;
   const auto& s = known.path.abscissa;
   for (auto i = std::ptrdiff_t(edge) + direction;
        i >= std::ptrdiff_t(vessel.first) && i <= std::ptrdiff_t(vessel.last); i += direction) {
     const auto at = std::size_t(i);
     if (std::abs(s[at] - s[edge]) > reach) break;
-    if (known.reference.healthy[at] != 0) points.push_back(at);
+    if (keep(at)) points.push_back(at);
   }
   return points;
+}
+
+/// Those of them that are healthy.
+std::vector<std::size_t> healthy_beside(const Known& known, const Vessel& vessel, std::size_t edge,
+                                        int direction, double reach) {
+  return points_beside(known, vessel, edge, direction, reach,
+                       [&](std::size_t at) { return known.reference.healthy[at] != 0; });
 }
 
 /// The median diameter of points; 0 of less than two.
@@ -142,15 +151,11 @@ double width_beyond(const Known& known, const Vessel& vessel, std::size_t edge, 
                     double diameter) {
   constexpr double kFrom = 0.5, kTo = 2.5, kLeastSeen = 1.0;
   const auto& s = known.path.abscissa;
-  std::vector<std::size_t> points;
-  for (auto i = std::ptrdiff_t(edge) + direction;
-       i >= std::ptrdiff_t(vessel.first) && i <= std::ptrdiff_t(vessel.last); i += direction) {
-    const auto at = std::size_t(i);
-    const double away = std::abs(s[at] - s[edge]);
-    if (away > kTo * diameter) break;
-    if (away >= kFrom * diameter && known.is_measured(at) && known.percent(at) < kShoulderPercent)
-      points.push_back(at);
-  }
+  const std::vector<std::size_t> points =
+      points_beside(known, vessel, edge, direction, kTo * diameter, [&](std::size_t at) {
+        return std::abs(s[at] - s[edge]) >= kFrom * diameter && known.is_measured(at) &&
+               known.percent(at) < kShoulderPercent;
+      });
   return length_of(known, points) < kLeastSeen * diameter ? 0.0 : median_diameter(known, points);
 }
 
@@ -169,19 +174,14 @@ double reference_of_sides(const Known& known, const Vessel& vessel, const Dip& d
 /// before and behind its edges; 0 unless both are seen over a diameter.
 double widest_beside(const Known& known, const Vessel& vessel, const Dip& dip, double diameter) {
   constexpr double kReach = 3.0, kLeastSeen = 1.0, kShare = 0.9;
-  const auto& s = known.path.abscissa;
   const int branch = known.reference.branch[dip.tightest];
   double sum = 0.0;
   for (const int direction : {-1, 1}) {
-    const std::size_t edge = direction < 0 ? dip.first : dip.last;
-    std::vector<std::size_t> points;
-    for (auto i = std::ptrdiff_t(edge) + direction;
-         i >= std::ptrdiff_t(vessel.first) && i <= std::ptrdiff_t(vessel.last); i += direction) {
-      const auto at = std::size_t(i);
-      if (std::abs(s[at] - s[edge]) > kReach * diameter || known.reference.branch[at] != branch)
-        break;
-      if (known.is_measured(at)) points.push_back(at);
-    }
+    const std::vector<std::size_t> points =
+        points_beside(known, vessel, direction < 0 ? dip.first : dip.last, direction,
+                      kReach * diameter, [&](std::size_t at) {
+                        return known.reference.branch[at] == branch && known.is_measured(at);
+                      });
     if (length_of(known, points) < kLeastSeen * diameter) return 0.0;
     std::vector<double> diameters;
     for (const std::size_t at : points) diameters.push_back(known.reference.measured[at]);

@@ -56,6 +56,19 @@ TEST(LesionReferences, ABallThatFitsProvesThatTheLumenIsNoNarrower) {
   EXPECT_TRUE(find_lesions(tree_of({path}), {}).at(0).is_stenosis);
 }
 
+TEST(LesionReferences, BesideALesionTheVesselIsAsWideAsItsReferenceButWhereItIsDilated) {
+  for (const double widened : {1.0, 1.5}) {  // over 5 mm, 10 mm before and behind the throat
+    const auto diameter = [&](double s) {
+      const double wide = 1.0 - narrowed(std::abs(s - 60.0), 10.0, 5.0, 1.0);
+      return 4.0 * (1.0 + (widened - 1.0) * wide) * narrowed(s, 60.0, 4.0, 0.6);
+    };
+    const auto lesions = find_lesions(tree_of({line_of(diameter, 120.0)}), {});
+    ASSERT_TRUE(lesions.at(0).is_stenosis);
+    EXPECT_NEAR(lesions[0].reference_diameter_mm, 4.0, 0.15);
+    EXPECT_NEAR(lesions[0].widest_beside_mm, 4.0 * widened, 0.2);  // a tenth of it is wider
+  }
+}
+
 TEST(LesionReferences, OfWhatIsMeasuredNowhereIsTheLumensOwnWidth) {
   CenterlinePath path = line_of([](double s) { return 2.5 + 0.1 * s; }, 4.0);
   path.tracts = {{0, int(path.points.size()) - 1, 0, 0, true}};
