@@ -36,9 +36,22 @@ class FlatEnds {
   const LumenVoxels& lumen_;
 };
 
+/// Marks the ends that lie at a cut through a loop.
+/// @param near_cut  1 for the voxels next to a cut, shape [voxel]
+void mark_loop_cuts(const LumenVoxels& lumen, const Front& front, const std::vector<char>& near_cut,
+                    std::vector<LumenEnd>& ends) {
+  const double reach = 2.0 * lumen.geometry.longest_spacing();
+  for (LumenEnd& end : ends)
+    for (int v = end.voxel;
+         v >= 0 && distance(lumen.position(v), lumen.position(end.voxel)) <= reach;
+         v = front.previous[std::size_t(v)])
+      end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
+}
+
 /// Leaves out maxima that are bumps of the wall: a side branch must stand out of its parent by
 /// about the parent's diameter, the stump of a vessel by three quarters of its radius (the corner
-/// of a sharp bend does by less than half), a tube by 1.5 times its own width.
+/// of a sharp bend does by less than half), a tube by 1.5 times its own width, unless it is what is
+/// left of a bridge that was cut.
 Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector<LumenEnd>& maxima,
                  FlatEnds flat_ends, double min_length) {
   constexpr double kStump = 0.75;
@@ -56,7 +69,7 @@ Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector
       if (end.prominence >= std::max(2.0 * parent, noise)) return true;
       if (end.prominence >= std::max(kStump * parent, noise))
         end.middle = end_of_stump(lumen, tree, own, v);
-      return end.middle || is_tube(lumen, own, v, end.prominence);
+      return end.middle || (!end.at_loop_cut && is_tube(lumen, own, v));
     };
     const bool is_first = result.ends.empty();
     end.middle = flat_ends.take(end.voxel);
@@ -79,19 +92,13 @@ Ends find_ends(LumenVoxels& lumen, int source, const std::vector<OpenRim>& flat_
   const Front& front = result.front;
   for (int round = 0;; ++round) {
     progress.report((round + 1.0) / (kMostRounds + 2.0), "finding the ends");
-    const auto maxima = find_maxima(lumen, front, 2.0 * lumen.geometry.longest_spacing());
+    auto maxima = find_maxima(lumen, front, 2.0 * lumen.geometry.longest_spacing());
+    mark_loop_cuts(lumen, front, near_cut, maxima);
     FlatEnds flat(flat_ends, lumen);
     flat.take(source);
     Ends found = prune_spurs(lumen, front, maxima, std::move(flat), min_length);
     result.ends = std::move(found.ends);
     result.sacs = std::move(found.sacs);
-    for (LumenEnd& end : result.ends) {
-      const double reach = 2.0 * lumen.geometry.longest_spacing();
-      for (int v = end.voxel;
-           v >= 0 && distance(lumen.position(v), lumen.position(end.voxel)) <= reach;
-           v = front.previous[std::size_t(v)])
-        end.at_loop_cut = end.at_loop_cut || near_cut[std::size_t(v)] != 0;
-    }
     std::vector<int> cut, meetings;
     for (LumenEnd& end : result.ends) {
       const std::optional<int> met = meeting_front(lumen, front, end.voxel);

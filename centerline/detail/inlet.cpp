@@ -231,14 +231,16 @@ double angle_of_least_work(double parent, double r, double rest) {
 
 /// How far blood that comes in by one radius is from what leaves by others; `cubes` is the sum of
 /// their cubes (Murray, PNAS 12:207, 1926).
-double misfit_cost(double in, double cubes) {
-  constexpr double kMurray = 3.0;
+/// @param error  of a radius [mm]
+double misfit_cost(double in, double cubes, double error) {
+  constexpr double kScatter = 0.41;  // of real forks: a factor of 1.5
   const double misfit = std::log(std::pow(in, 3) / cubes);
-  return kMurray * misfit * misfit;
+  const double measured = 3.0 * error / in;
+  return 0.5 * misfit * misfit / (kScatter * kScatter + measured * measured);
 }
 
-double fork_cost(const Arm& in, const std::vector<Arm>& out) {
-  constexpr double kAngle = 3.0, kMost = 2.0;
+double fork_cost(const Arm& in, const std::vector<Arm>& out, double error) {
+  constexpr double kAngle = 3.0, kTail = 2.0;
   double cubes = 0.0;
   for (const Arm& arm : out) cubes += std::pow(arm.radius, 3);
   double angles = 0.0;
@@ -248,11 +250,12 @@ double fork_cost(const Arm& in, const std::vector<Arm>& out) {
     const double off = turn - angle_of_least_work(std::cbrt(cubes), arm.radius, rest);
     angles += off * off / double(out.size());
   }
-  return std::min(misfit_cost(in.radius, cubes) + kAngle * angles, kMost);
+  return kTail * std::log1p((misfit_cost(in.radius, cubes, error) + kAngle * angles) / kTail);
 }
 
 /// The costs of all forks when blood comes from the far end of stretch `inlet` (-1: the root).
-double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
+/// @param error  of a radius [mm]
+double tree_cost(const std::vector<Stretch>& stretches, int inlet, double error) {
   std::vector<char> is_reversed(stretches.size(), 0);
   for (int s = inlet; s >= 0; s = stretches[std::size_t(s)].parent) is_reversed[std::size_t(s)] = 1;
   double cost = 0.0;
@@ -275,7 +278,7 @@ double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
       else
         out.push_back(arm);
     }
-    cost += fork_cost(in, out);
+    cost += fork_cost(in, out, error);
   }
   return cost;
 }
@@ -340,7 +343,7 @@ std::optional<std::array<double, 2>> limbs_of_arch(const LumenVoxels& lumen,
 
 InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
                          const std::vector<InletCandidate>& candidates) {
-  constexpr double kWide = 2.0, kCutOff = 1.25, kMostOfTree = 6.0;
+  constexpr double kWide = 2.0, kCutOff = 1.25, kMostOfTree = 6.0, kFlared = 1.5;
   constexpr double kLongerLimb = 1.25, kArch = 2.0;
   std::vector<std::vector<int>> paths;
   for (std::size_t c = 1; c < candidates.size(); ++c)
@@ -363,24 +366,31 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
     const double own = stretch.is_stub
                            ? stretch.radius
                            : median_depth(lumen, outer_half(lumen, stretch, last[c] < 0));
-    return (candidates[c].is_cut_off ? kCutOff : 1.0) * std::min(own, candidates[c].opening);
+    const double opening = candidates[c].opening;
+    return (candidates[c].is_cut_off ? kCutOff : 1.0) * (opening < kFlared * own ? opening : own);
   };
-  constexpr double kSure = 1.0, kWiderThanOpen = 1.25;
+  constexpr double kSure = 1.0, kWiderThanOpen = 1.25, kErrorInVoxels = 0.25;
+  const double error = kErrorInVoxels * lumen.geometry.longest_spacing();
   double widest_open = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c)
     if (candidates[c].is_open && !candidates[c].is_tip)
       widest_open = std::max(widest_open, radius_at(c));
   double cubes = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c) cubes += std::pow(radius_at(c), 3);
+  const auto forks = std::count_if(stretches.begin(), stretches.end(),
+                                   [](const Stretch& s) { return !s.children.empty(); });
+  const double share_of_tree = forks == 1 ? 0.5 : 1.0;  // of one fork it is that one again
   std::vector<std::pair<double, std::size_t>> costs;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (!candidates[c].is_open) continue;
     if (candidates[c].is_tip && radius_at(c) < kWiderThanOpen * widest_open) continue;
     const double radius = radius_at(c);
     // The tree as a whole is a fork, too, and aneurysms at its forks do not change that one.
-    const double as_one_fork = std::min(
-        misfit_cost(radius, std::max(cubes - std::pow(radius, 3), 1e-6 * cubes)), kMostOfTree);
-    costs.emplace_back(tree_cost(stretches, last[c]) + as_one_fork - kWide * std::log(radius), c);
+    const double others = std::max(cubes - std::pow(radius, 3), 1e-6 * cubes);
+    const double as_one_fork = std::min(misfit_cost(radius, others, error), kMostOfTree);
+    costs.emplace_back(tree_cost(stretches, last[c], error) + share_of_tree * as_one_fork -
+                           kWide * std::log(radius),
+                       c);
   }
   if (costs.empty()) return {};
   std::stable_sort(costs.begin(), costs.end(),

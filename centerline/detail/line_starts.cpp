@@ -204,22 +204,27 @@ namespace {
 
 /// How many points of a line come before the cap that shuts its vessel, up to the last ball that
 /// the sides hold: behind it the balls get smaller by a fifth of the way or more, and the axis
-/// meets the wall within kAcross radii (a cap that slants by 55 degrees: 1.74). 0: no such cap.
+/// meets the wall within kAcross radii (a cap that slants by 55 degrees: 1.74). Where the sides
+/// hold balls of one size over kHeld radii there is a tube, and no cap farther on. 0: no such cap.
 std::size_t count_before_cap(const Polyline& line, const Wall& wall,
                              const WallDistance& distance_to_wall) {
-  constexpr double kFall = 0.1, kReach = 4.0, kAcross = 2.0;  // radii
+  constexpr double kFall = 0.1, kReach = 4.0, kAcross = 2.0, kHeld = 1.5;  // radii
   const std::vector<double> s = arc_length(line.points);
   std::size_t last = line.points.size() - 1;
-  double radius = 0.0, widest = 0.0, most = 0.0;
+  double radius = 0.0, widest = 0.0, most = 0.0, held = 0.0;
   for (std::size_t i = line.points.size(); i-- > 0;) {
     const double here = distance_to_wall.at(line.points[i], line.radius[i]);
     const double to_tip = s.back() - s[i];
     widest = std::max(widest, here);
     if (to_tip > kReach * widest) break;
-    if (here - kFall * to_tip <= most) continue;
+    if (here - kFall * to_tip <= most) {
+      if (to_tip - held > kHeld * radius) break;
+      continue;
+    }
     most = here - kFall * to_tip;
     last = i;
     radius = here;
+    held = to_tip;
   }
   if (last < 2 || last + 1 == line.points.size()) return 0;
   Polyline kept = line;

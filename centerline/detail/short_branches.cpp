@@ -132,21 +132,18 @@ std::optional<Vec3> end_of_stump(const LumenVoxels& lumen, const VoxelTree& tree
   return center + double(lumen.depth[std::size_t(widest_ball)]) * normalized(center - from);
 }
 
-bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction, double length) {
-  constexpr double kLonger = 1.5, kNarrower = 0.7, kLeastVoxels = 2.0;
-  if (junction < 0) return false;
-  std::vector<float> depths;  // outside the parent, tip first
-  for (const int v : own)
-    if (distance(lumen.position(v), lumen.position(junction)) >
-        double(lumen.depth[std::size_t(junction)]))
-      depths.push_back(lumen.depth[std::size_t(v)]);
-  if (depths.size() < 4) return false;
-  const auto half = depths.begin() + std::ptrdiff_t(depths.size() / 2);
-  // The greatest of either half: a cap, round or flat, makes its end narrow, and no less a tube.
-  const double outer = double(*std::max_element(depths.begin(), half));
-  const double inner = double(*std::max_element(half, depths.end()));
-  return outer >= kNarrower * inner && outer >= kLeastVoxels * lumen.geometry.longest_spacing() &&
-         length >= kLonger * 2.0 * std::max(outer, inner);
+bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction) {
+  constexpr double kLonger = 1.5, kLeastVoxels = 2.0;
+  if (own.empty() || junction < 0) return false;
+  const Vec3 tip = lumen.position(own.front()), parent = lumen.position(junction);
+  double widest = kLeastVoxels * lumen.geometry.longest_spacing();
+  for (const int v : own) {
+    const Vec3 here = lumen.position(v);
+    if (distance(here, parent) <= double(lumen.depth[std::size_t(junction)])) break;
+    widest = std::max(widest, double(lumen.depth[std::size_t(v)]));
+    if (distance(here, tip) >= kLonger * 2.0 * widest) return true;
+  }
+  return false;
 }
 
 }  // namespace angio::centerline

@@ -57,12 +57,11 @@ bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction,
 std::optional<Vec3> end_of_stump(const LumenVoxels& lumen, const VoxelTree& tree,
                                  const std::vector<int>& own, int junction);
 
-/// Whether a branch that leaves a wider one is a tube: half as long again as wide, hardly narrower
-/// in its outer half than in its inner one, and at least four voxels wide. Bumps and thorns are
-/// not.
+/// Whether a branch that leaves a wider one is a tube: from its tip on it is longer by half
+/// than wide before it reaches its parent's ball, and than four voxels. Bumps and corners, which
+/// widen towards the parent as fast as they come nearer, are not; a vessel's mouth may widen.
 /// @param own  the branch's voxels, tip first
 /// @param junction  the tree's voxel that it leaves
-/// @param length  from the flow divider to its tip [mm]
-bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction, double length);
+bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction);
 
 }  // namespace angio::centerline

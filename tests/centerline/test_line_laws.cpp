@@ -327,6 +327,24 @@ TEST(Inlet, IsSaidToBeUncertainWhereTwoEndsAreAlike) {
   for (const CenterlinePath& path : result.tree.paths) EXPECT_LT(path.points.front().z, -22.0);
 }
 
+TEST(Inlet, OfThreeEqualTubesIsTheOneFromWhichBothOthersGoOn) {
+  // The radii tell nothing (2^3 is not 2^3 + 2^3 from either end), and err by a part of a voxel.
+  constexpr double kAngle = 35.0 * units::kPi / 180.0;
+  for (const double turn : {0.0, 0.3, 0.7, 1.1}) {
+    const auto turned = [turn](const Vec3& p) {
+      return Vec3{p.x, std::cos(turn) * p.y - std::sin(turn) * p.z,
+                  std::sin(turn) * p.y + std::cos(turn) * p.z};
+    };
+    std::vector<Tube> fork;
+    for (const Vec3& end : {Vec3{0, 0, -30}, 25.0 * Vec3{0, std::sin(kAngle), std::cos(kAngle)},
+                            25.0 * Vec3{0, -std::sin(kAngle), std::cos(kAngle)}})
+      fork.push_back(straight_tube({0, 0, 0}, turned(end), [](double) { return 2.0; }));
+    const auto result = extract_centerline(level_set_of(fork, grid_around(fork, 0.8, 2.0)), {});
+    ASSERT_EQ(result.tree.paths.size(), 2U);
+    EXPECT_LT(distance(result.tree.paths[0].points.front(), turned({0, 0, -32})), 3.0) << turn;
+  }
+}
+
 // An arch of 20 mm that ascends over 40 mm and descends over 100 mm, where it is a little wider;
 // the same in a fifth of the size is no aorta, and its wider end the likelier one.
 TEST(Inlet, OfAnAorticArchIsTheEndOfItsShorterLimb) {

@@ -169,6 +169,37 @@ TEST(CenterlineTree, KeepsTheLineOfAThinTubeShorterThanItsParentIsWide) {
   EXPECT_EQ(extract(tubes).tree.paths.size(), 2U);
 }
 
+TEST(CenterlineTree, KeepsTheLineOfAShortBranchWhoseMouthIsWide) {
+  // It stands out by less than the wide vessel's diameter; its mouth is twice as wide as the rest
+  // of it.
+  const auto funnel = [](double t) { return 1.6 - 0.8 * std::clamp(5.0 * (t - 0.4), 0.0, 1.0); };
+  const std::vector<Tube> tubes{straight_tube({0, 0, -30}, {0, 0, 30}, constant(4.0)),
+                                straight_tube({0, 0, 0}, {9.2, 0, 0}, funnel)};
+  const auto result = extract(tubes);
+  ASSERT_EQ(result.tree.paths.size(), 2U);
+  EXPECT_EQ(count_ends_near(result.tree, {10, 0, 0}, 1.0), 1);
+}
+
+TEST(CenterlineTree, FollowsAVesselToItsEndBehindASac) {
+  // Seen from its tip the vessel widens into the sac as fast as if all of it were the sac's cap,
+  // and the sac's axis meets a wall, because the vessel leaves it at 60 degrees.
+  constexpr double kLength = 90.0, kBend = 36.0;
+  const auto to_tip = [](double t) { return kLength * (1.0 - t); };
+  const auto radius = [&](double t) {
+    const double x = to_tip(t);
+    if (x < 8.0) return 3.0 + 0.03 * x;
+    return x < 60.0 ? std::min(3.24 + 0.3 * (x - 8.0), 10.0) : 5.0;
+  };
+  const Vec3 aside{std::sin(units::kPi / 3.0), 0, std::cos(units::kPi / 3.0)};
+  const auto axis = [&](double t) {
+    return std::max(kBend - to_tip(t), 0.0) * aside + Vec3{0, 0, std::min(kBend - to_tip(t), 0.0)};
+  };
+  const std::vector<Tube> tubes{test::make_tube(axis, radius)};
+  const auto result = extract_centerline(level_set_of(tubes, grid_around(tubes, 0.8, 2.0)), {});
+  ASSERT_EQ(result.tree.paths.size(), 1U);
+  EXPECT_EQ(count_ends_near(result.tree, (kBend + 3.0) * aside, 2.0), 1);
+}
+
 std::size_t count_sacs(const CenterlineResult& result) {
   return std::size_t(std::count_if(
       result.warnings.begin(), result.warnings.end(),
