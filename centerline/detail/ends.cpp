@@ -69,7 +69,9 @@ Ends prune_spurs(const LumenVoxels& lumen, const Front& front, const std::vector
       if (end.prominence >= std::max(2.0 * parent, noise)) return true;
       if (end.prominence >= std::max(kStump * parent, noise))
         end.middle = end_of_stump(lumen, tree, own, v);
-      return end.middle || (!end.at_loop_cut && is_tube(lumen, own, v));
+      if (!end.middle && !end.at_loop_cut)
+        end.tube_radius = radius_of_tube(lumen, own, v, end.prominence);
+      return end.middle || end.tube_radius;
     };
     const bool is_first = result.ends.empty();
     end.middle = flat_ends.take(end.voxel);

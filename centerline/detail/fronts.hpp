@@ -35,6 +35,7 @@ struct LumenEnd {
   bool at_loop_cut = false;
   bool is_meeting = false;          ///< of two ways round a loop that is not cut there: no inlet
   std::optional<Vec3> middle = {};  ///< where its line ends [mm]; none: where the voxels lead
+  std::optional<double> tube_radius = {};  ///< [mm]; of a short branch that is a tube
 };
 
 /// The ends of the lumen: the maxima of the path length from the source, each with its prominence.

@@ -231,16 +231,14 @@ double angle_of_least_work(double parent, double r, double rest) {
 
 /// How far blood that comes in by one radius is from what leaves by others; `cubes` is the sum of
 /// their cubes (Murray, PNAS 12:207, 1926).
-/// @param error  of a radius [mm]
-double misfit_cost(double in, double cubes, double error) {
-  constexpr double kScatter = 0.41;  // of real forks: a factor of 1.5
+double misfit_cost(double in, double cubes) {
+  constexpr double kMurray = 3.0;
   const double misfit = std::log(std::pow(in, 3) / cubes);
-  const double measured = 3.0 * error / in;
-  return 0.5 * misfit * misfit / (kScatter * kScatter + measured * measured);
+  return kMurray * misfit * misfit;
 }
 
-double fork_cost(const Arm& in, const std::vector<Arm>& out, double error) {
-  constexpr double kAngle = 3.0, kTail = 2.0;
+double fork_cost(const Arm& in, const std::vector<Arm>& out) {
+  constexpr double kAngle = 3.0, kMost = 3.0;
   double cubes = 0.0;
   for (const Arm& arm : out) cubes += std::pow(arm.radius, 3);
   double angles = 0.0;
@@ -250,12 +248,11 @@ double fork_cost(const Arm& in, const std::vector<Arm>& out, double error) {
     const double off = turn - angle_of_least_work(std::cbrt(cubes), arm.radius, rest);
     angles += off * off / double(out.size());
   }
-  return kTail * std::log1p((misfit_cost(in.radius, cubes, error) + kAngle * angles) / kTail);
+  return std::min(misfit_cost(in.radius, cubes) + kAngle * angles, kMost);
 }
 
 /// The costs of all forks when blood comes from the far end of stretch `inlet` (-1: the root).
-/// @param error  of a radius [mm]
-double tree_cost(const std::vector<Stretch>& stretches, int inlet, double error) {
+double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
   std::vector<char> is_reversed(stretches.size(), 0);
   for (int s = inlet; s >= 0; s = stretches[std::size_t(s)].parent) is_reversed[std::size_t(s)] = 1;
   double cost = 0.0;
@@ -278,7 +275,7 @@ double tree_cost(const std::vector<Stretch>& stretches, int inlet, double error)
       else
         out.push_back(arm);
     }
-    cost += fork_cost(in, out, error);
+    cost += fork_cost(in, out);
   }
   return cost;
 }
@@ -369,8 +366,7 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
     const double opening = candidates[c].opening;
     return (candidates[c].is_cut_off ? kCutOff : 1.0) * (opening < kFlared * own ? opening : own);
   };
-  constexpr double kSure = 1.0, kWiderThanOpen = 1.25, kErrorInVoxels = 0.25;
-  const double error = kErrorInVoxels * lumen.geometry.longest_spacing();
+  constexpr double kSure = 1.0, kWiderThanOpen = 1.25;
   double widest_open = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c)
     if (candidates[c].is_open && !candidates[c].is_tip)
@@ -387,10 +383,9 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
     const double radius = radius_at(c);
     // The tree as a whole is a fork, too, and aneurysms at its forks do not change that one.
     const double others = std::max(cubes - std::pow(radius, 3), 1e-6 * cubes);
-    const double as_one_fork = std::min(misfit_cost(radius, others, error), kMostOfTree);
-    costs.emplace_back(tree_cost(stretches, last[c], error) + share_of_tree * as_one_fork -
-                           kWide * std::log(radius),
-                       c);
+    const double as_one_fork = std::min(misfit_cost(radius, others), kMostOfTree);
+    costs.emplace_back(
+        tree_cost(stretches, last[c]) + share_of_tree * as_one_fork - kWide * std::log(radius), c);
   }
   if (costs.empty()) return {};
   std::stable_sort(costs.begin(), costs.end(),

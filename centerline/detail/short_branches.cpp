@@ -132,18 +132,20 @@ std::optional<Vec3> end_of_stump(const LumenVoxels& lumen, const VoxelTree& tree
   return center + double(lumen.depth[std::size_t(widest_ball)]) * normalized(center - from);
 }
 
-bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction) {
-  constexpr double kLonger = 1.5, kLeastVoxels = 2.0;
-  if (own.empty() || junction < 0) return false;
+std::optional<double> radius_of_tube(const LumenVoxels& lumen, const std::vector<int>& own,
+                                     int junction, double prominence) {
+  constexpr double kLonger = 1.5, kLeastVoxels = 2.0, kThinner = 0.75;
+  if (own.empty() || junction < 0) return std::nullopt;
   const Vec3 tip = lumen.position(own.front()), parent = lumen.position(junction);
   double widest = kLeastVoxels * lumen.geometry.longest_spacing();
   for (const int v : own) {
     const Vec3 here = lumen.position(v);
     if (distance(here, parent) <= double(lumen.depth[std::size_t(junction)])) break;
     widest = std::max(widest, double(lumen.depth[std::size_t(v)]));
-    if (distance(here, tip) >= kLonger * 2.0 * widest) return true;
+    if (widest > kThinner * double(lumen.depth[std::size_t(junction)])) break;
+    if (std::min(distance(here, tip), prominence) >= kLonger * 2.0 * widest) return widest;
   }
-  return false;
+  return std::nullopt;
 }
 
 }  // namespace angio::centerline

@@ -57,11 +57,14 @@ bool is_sac(const LumenVoxels& lumen, const std::vector<int>& own, int junction,
 std::optional<Vec3> end_of_stump(const LumenVoxels& lumen, const VoxelTree& tree,
                                  const std::vector<int>& own, int junction);
 
-/// Whether a branch that leaves a wider one is a tube: from its tip on it is longer by half
-/// than wide before it reaches its parent's ball, and than four voxels. Bumps and corners, which
-/// widen towards the parent as fast as they come nearer, are not; a vessel's mouth may widen.
+/// The radius [mm] of a branch that leaves a wider one (by a third), if it is a tube: from its tip
+/// on it is longer by half than wide before it reaches its parent's ball, and than four voxels.
+/// Bumps and corners, which widen towards the parent as fast as they come nearer, are not; a
+/// vessel's mouth may widen.
 /// @param own  the branch's voxels, tip first
 /// @param junction  the tree's voxel that it leaves
-bool is_tube(const LumenVoxels& lumen, const std::vector<int>& own, int junction);
+/// @param prominence  from the flow divider to its tip [mm]; that much longer, too
+std::optional<double> radius_of_tube(const LumenVoxels& lumen, const std::vector<int>& own,
+                                     int junction, double prominence);
 
 }  // namespace angio::centerline

@@ -53,8 +53,10 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
                const std::vector<LumenEnd>& ends, const std::vector<Rim>& rims, bool are_caps,
                std::vector<std::string>& warnings) {
   std::vector<InletCandidate> candidates;
-  const auto add = [&](int voxel, const std::vector<int>& tip_first, bool at_loop_cut) {
+  const auto add = [&](int voxel, const std::vector<int>& tip_first, bool at_loop_cut,
+                       const std::optional<double>& tube_radius) {
     InletCandidate candidate{voxel, is_cut_off(lumen, tip_first)};
+    if (tube_radius) candidate.opening = *tube_radius;
     const auto rim = std::find_if(rims.begin(), rims.end(),
                                   [&](const Rim& some) { return some.voxel == voxel; });
     candidate.is_open = !at_loop_cut;
@@ -65,12 +67,12 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
     }
     candidates.push_back(candidate);
   };
-  add(root, trace(front, ends.front().voxel), false);
+  add(root, trace(front, ends.front().voxel), false, {});
   for (const LumenEnd& end : ends) {
     if (end.voxel == root) continue;
     std::vector<int> chain = trace(front, end.voxel);
     std::reverse(chain.begin(), chain.end());
-    add(end.voxel, chain, end.at_loop_cut || end.is_meeting);
+    add(end.voxel, chain, end.at_loop_cut || end.is_meeting, end.tube_radius);
   }
   if (rims.size() < 2) {
     std::vector<std::vector<int>> paths;

@@ -72,12 +72,9 @@ std::string working_view(const json& metrics) {
                      is_assumed ? ", if the input's axes are the patient's" : "");
 }
 
-/// The reason of the status, else the first warning: of the result itself, of the lines and
-/// stenoses, of the meshes, of the image. How many more there are.
-std::string to_doubt(const json& metrics, const RunRecord& record) {
+/// The warnings: of the result itself, of the lines and stenoses, of the meshes, of the image.
+std::vector<std::string> doubts_of(const RunRecord& record) {
   std::vector<std::string> doubts;
-  if (metrics.at("status_reason").is_string())
-    doubts.push_back(metrics["status_reason"].get<std::string>());
   const auto add = [&](Stage stage, bool own) {
     const auto entry = record.stages.find(stage);
     if (entry == record.stages.end()) return;
@@ -91,18 +88,26 @@ std::string to_doubt(const json& metrics, const RunRecord& record) {
   for (const Stage stage : {Stage::simulation, Stage::centerline, Stage::meshing,
                             Stage::segmentation, Stage::reconstruction, Stage::report})
     add(stage, false);
+  return doubts;
+}
+
+/// The first doubt, and how many more there are.
+std::string to_doubt(const std::vector<std::string>& doubts) {
   if (doubts.empty()) return "to doubt nothing that was noticed";
   std::string line = "to doubt " + doubts.front();
   if (doubts.size() > 1) line += fmt::format(" ({} more in the report)", doubts.size() - 1);
   return line;
 }
 
-/// Why there is no balloon in the vessel, and what would bring one there.
+/// Why there is no balloon in the vessel, what would bring one there, and what else is in doubt.
 std::vector<std::string> why_untreated(const json& metrics, const RunRecord& record) {
   if (!record.is(Stage::simulation, "skipped") || !metrics.at("status_reason").is_string())
     return {};
-  return {"result   none is simulated: " + metrics["status_reason"].get<std::string>(),
-          std::string("to try   ") + kToTreatAnyway};
+  std::vector<std::string> lines{
+      "result   none is simulated: " + metrics["status_reason"].get<std::string>(),
+      std::string("to try   ") + kToTreatAnyway};
+  if (const auto doubts = doubts_of(record); !doubts.empty()) lines.push_back(to_doubt(doubts));
+  return lines;
 }
 
 }  // namespace
@@ -118,7 +123,10 @@ std::vector<std::string> read_out(const json& metrics, const RunRecord& record) 
                                  after(metrics)};
   const std::string view = working_view(metrics);
   if (!view.empty()) lines.push_back(view);
-  lines.push_back(to_doubt(metrics, record));
+  std::vector<std::string> doubts = doubts_of(record);
+  if (metrics.at("status_reason").is_string())
+    doubts.insert(doubts.begin(), metrics["status_reason"].get<std::string>());
+  lines.push_back(to_doubt(doubts));
   return lines;
 }
 

@@ -197,18 +197,40 @@ BloodLevel level_above_tissue(float lumen, std::vector<float> even, float tissue
   return even_level(lumen, common ? tissues[*common].first : tissue);
 }
 
-/// The median over axes between two values, by length; none if there are less than 10 mm.
-std::optional<float> level_on(const std::vector<TubeAxis>& axes, float low, float high) {
-  std::vector<std::pair<float, double>> on_axes;
-  double length = 0.0;
+/// Intensities on axes between two values, with their lengths [mm].
+struct OnAxes {
+  std::vector<std::pair<float, double>> intensities;
+  double length = 0.0;  ///< in all
+};
+
+OnAxes on_axes_between(const std::vector<TubeAxis>& axes, float low, float high) {
+  OnAxes on;
   for (const TubeAxis& axis : axes)
     for (const float intensity : axis.intensity)
       if (intensity > low && intensity < high) {
-        on_axes.emplace_back(intensity, axis.length_share);
-        length += axis.length_share;
+        on.intensities.emplace_back(intensity, axis.length_share);
+        on.length += axis.length_share;
       }
-  if (length < kLeastLength) return std::nullopt;
-  return weighted_quantile(on_axes, 0.5);
+  return on;
+}
+
+/// The median over axes between two values, by length; none if there are less than 10 mm.
+std::optional<float> level_on(const std::vector<TubeAxis>& axes, float low, float high) {
+  OnAxes on = on_axes_between(axes, low, high);
+  if (on.length < kLeastLength) return std::nullopt;
+  return weighted_quantile(on.intensities, 0.5);
+}
+
+/// Whether pools are organs beside brighter vessels, as kidneys beside an aorta: the even tubes
+/// above a value are longer than those at the pools' level (heart and aorta have their own), and
+/// stand out of tissue no more than blood does out of what it flows through, unlike metal.
+bool are_organs(const BloodLevel& pools, const std::vector<TubeAxis>& axes, float top) {
+  constexpr float kMostContrasts = 4.0f;
+  OnAxes above = on_axes_between(axes, top, 1e30f);
+  if (above.length < std::max(kLeastLength, on_axes_between(axes, pools.half(), top).length))
+    return false;
+  const float vessels = weighted_quantile(above.intensities, 0.5);
+  return vessels < pools.tissue + kMostContrasts * pools.contrast();
 }
 
 /// Of the even tubes that stand out of the brightest common tissue.
@@ -308,7 +330,9 @@ BloodLevel find_even_level(const std::vector<TubeAxis>& axes, std::vector<float>
                            double place_mm3, const BloodLevel& rough) {
   if (even.empty()) return {};
   const BloodLevel of_pools = level_of_pools(even, place_mm3, rough.half());
-  if (of_pools.is_told && rough.tissue > of_pools.half()) return of_pools;  // blood, not tissue
+  if (of_pools.is_told && rough.tissue > of_pools.half() &&
+      !are_organs(of_pools, axes, rough.half()))
+    return of_pools;  // blood, not tissue
   if (const auto tubes = level_on(axes, rough.half(), 1e30f))
     return level_above_tissue(*tubes, std::move(even), rough.tissue);
   if (const auto pool = level_of_bright_pool(even, place_mm3, rough))

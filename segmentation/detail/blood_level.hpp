@@ -45,9 +45,11 @@ BloodLevel find_blood_level(const std::vector<TubeAxis>& axes, const Volume<floa
 /// has not mixed yet. Blood is then the largest pool of even places: a mode of 20 ml or more, below
 /// the half level of before, that is brighter than the brightest common tissue and has less than a
 /// quarter of its volume. The same where such a pool is there and the tissue of before is above
-/// half of it: blood was taken for tissue. Where there is no such pool either (a head, whose bones
-/// are the brightest tubes), blood is the even tubes that stand out of the brightest common tissue
-/// by a fifth of its way to the half level of before: their median, if they are 10 mm long.
+/// half of it: blood was taken for tissue. But kidneys are no blood: they have fewer even tubes at
+/// their level than there are above it, at up to four times their contrast (metal has more). Where
+/// there is no such pool either (a head, whose bones are the brightest tubes), blood is the even
+/// tubes that stand out of the brightest common tissue by a fifth of its way to the half level of
+/// before: their median, if they are 10 mm long.
 ///
 /// @param axes       even parts of wide tubes
 /// @param even       means of even neighbourhoods in the volume

@@ -183,7 +183,7 @@ BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector
 
   level = known.is_told ? TubeLevel{known.lumen, known.contrast()}
                         : tube_level(axes, denoised, kPlaqueQuantile, typical_contrast(axes));
-  const PlaqueLevel blood{level.lumen, level.contrast};
+  const PlaqueLevel blood{level.lumen, level.contrast, known.is_told};
   const BrightPieces in_vessels = find_bright_pieces(denoised, level, options);
   std::vector<VoxelBox> boxes;
   for (const Extent& extent : in_vessels.extents) boxes.push_back(extent.box());

@@ -16,12 +16,13 @@ constexpr double kShell = 2.6;       ///< voxels: two blurs of 0.8 voxels and a 
 constexpr double kOuterShell = 1.5;  ///< voxels: from plaque's threshold to half of blood's
 constexpr double kSharp = 0.12;      ///< contrasts a voxel: where blood mixes, it is gentler
 constexpr float kBright = 0.5f;      ///< contrasts above blood: half of it, not noise alone
-constexpr double kEachSide = 0.2;    ///< of its border: plaque is between wall and blood
+constexpr double kEachSide = 0.2;    ///< of its border: plaque is between wall and blood,
+constexpr double kInThroat = 0.05;   ///< of which a tight throat leaves little beside it
 constexpr double kSteep = 0.55;      ///< contrasts a voxel
 constexpr float kNearBlood = 0.25f;  ///< of the contrast
 constexpr double kReachOfAxis = 4.0, kLeastAxis = 4.0;  ///< [mm]; or a wider tube's radius and
 constexpr double kReachOfWall = 2.0;                    ///< so much [mm]
-constexpr double kThickest = 2.0;                       ///< [mm] radius of a ball in plaque
+constexpr double kThickest = 2.5;                       ///< [mm] radius of a ball in plaque
 constexpr double kLongestPlaque = 40.0;                 ///< [mm]
 
 using Index = std::array<int, 3>;
@@ -199,11 +200,13 @@ Border border_of(const Surroundings& around, const VoxelBox& box) {
   const auto look = [&](const Index& at, const Index& step) {
     Index there = moved(at, step);
     if (!around.contains(there) || around.is_piece(there)) return;
-    for (int n = 0; n < kAhead && around.contains(there); ++n, there = moved(there, step))
+    for (int n = 0; n < kAhead && around.contains(there); ++n, there = moved(there, step)) {
+      if (around.is_blood(there)) break;
       if (around.is_tissue(there)) {
         ++at_tissue;
         return;
       }
+    }
     ++at_blood;
     slopes += around.slope(at);
   };
@@ -274,11 +277,14 @@ std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelB
   for (std::size_t p = 1; p < boxes.size(); ++p) {
     const double length = candidates[p] ? length_of(boxes[p], h) : 0.0;
     if (!candidates[p] || length > kLongestPlaque) continue;
-    if (length_near(places, boxes[p], h) < kLeastAxis) continue;
+    const bool is_near_axis = length_near(places, boxes[p], h) >= kLeastAxis;
+    if (!is_near_axis && !level.is_sure) continue;
     const Surroundings around(pieces, p, denoised, level);
     if (middle_of(around, boxes[p]) < level.blood + kBright * level.contrast) continue;
     const Border border = border_of(around, boxes[p]);
-    if (border.slope < kSharp || std::min(border.blood_share, border.tissue_share) < kEachSide)
+    const double least_at_blood = is_near_axis ? kInThroat : kEachSide;
+    if (border.slope < kSharp || border.tissue_share < kEachSide ||
+        border.blood_share < least_at_blood)
       continue;
     if (holds_ball(around, boxes[p], kThickest, h)) continue;
     is_plaque[p] = length_of_blood(around, grown(boxes[p], denoised.geometry), h) >= length;

@@ -16,21 +16,24 @@ namespace angio::segmentation::detail {
 struct PlaqueLevel {
   float blood = 0.0f;
   float contrast = 0.0f;  ///< of blood against its surroundings
+  bool is_sure = false;   ///< told by blood's even vessels or pools, and bones are kept out
   [[nodiscard]] float half() const { return blood - 0.5f * contrast; }
   [[nodiscard]] float surroundings() const { return blood - contrast; }
 };
 
 /// The bright pieces that lie in a vessel's wall: half of it brighter than blood by half the
-/// contrast, 40 mm long and 4 mm thick at most, with a fifth of their border at tissue and a fifth
+/// contrast, 40 mm long and 5 mm thick at most, with a fifth of their border at tissue and a fifth
 /// at blood, an edge towards that, a tube of blood near, and blood beside them (within four voxels)
 /// along their whole length. A denser vessel has its own wall all around, or a shorter piece of
-/// blood that it crosses; blood that has not mixed has no edge.
+/// blood that it crosses; blood that has not mixed has no edge. Plaque bends a tube's axis away, or
+/// breaks it: where blood's level is sure, no axis is asked for. Near an axis a twentieth of the
+/// border at blood is enough: a throat of three voxels leaves no more.
 ///
 /// @param pieces      of what is brighter than blood
 /// @param boxes       around each, shape [piece_count + 1]
 /// @param candidates  to be looked at, the same shape
-/// @param axes        of the volume: plaque has 4 mm or more of one as bright as blood within 4 mm,
-///                    or 2 mm beyond its radius
+/// @param axes        of the volume: near is 4 mm or more of one as bright as blood within 4 mm, or
+///                    2 mm beyond its radius
 std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
                               const std::vector<bool>& candidates,
                               const std::vector<TubeAxis>& axes, const Volume<float>& denoised,

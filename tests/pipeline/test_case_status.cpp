@@ -272,9 +272,12 @@ TEST(ReadOut, SaysWhyNothingIsSimulated) {
   left.record.stages[Stage::simulation].status = "skipped";
   left.metrics["status"] = "no_lesion";
   left.metrics["status_reason"] = "no stenosis was found";
-  ASSERT_EQ(left.lines().size(), 2u);
+  ASSERT_EQ(left.lines().size(), 3u);
   EXPECT_EQ(left.lines()[0], "result   none is simulated: no stenosis was found");
   EXPECT_TRUE(left.lines()[1].starts_with("to try   another place (--set lesion.centerline"));
+  EXPECT_EQ(left.lines()[2], "to doubt the wall is thin");
+  left.record.stages[Stage::meshing].warnings.clear();
+  EXPECT_EQ(left.lines().size(), 2u);
 }
 
 TEST(ReadOut, IsSilentBeforeTheSimulation) {

@@ -178,6 +178,29 @@ TEST(Bones, VeinsWithAnUnmixedBolusAreNoLevelOfBlood) {
   }
 }
 
+TEST(Bones, KidneysBesideABrighterAortaAreNoBlood) {
+  constexpr float kAorta = 330.0f, kKidney = 190.0f;
+  const VolumeGeometry grid = grid_of({90, 70, 90}, {1.0, 1.0, 1.0});
+  Volume<float> volume(grid);
+  Volume<std::uint8_t> aorta(grid);
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(0.0f, 10.0f);
+  for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
+    aorta.values[v] = std::hypot(p.x, p.y) < 8.0;
+    const bool is_kidney = std::hypot((std::abs(p.x) - 27.0) / 14.0, p.y / 18.0, p.z / 32.0) < 1.0;
+    volume.values[v] = aorta.values[v] ? kAorta
+                       : is_kidney     ? kKidney
+                                       : float(std::hypot(p.x, p.y) < 34.0 ? kMuscle : kFat);
+  });
+  volume = smooth(volume, 0.7);
+  for (float& value : volume.values) value += noise(random);
+  const Bones bones = find_bones(volume, find_tube_axes(volume), {});
+  EXPECT_LT(part_in(aorta, bones.mask), 0.02);
+  if (bones.are_there) {
+    EXPECT_NEAR(bones.level.lumen, kAorta, 20.0);
+  }
+}
+
 TEST(Bones, MuscleAgainstAirIsNoPoolOfBlood) {
   const UnmixedBolus body(false);
   const BloodLevel level = find_bones(body.volume, find_tube_axes(body.volume), {}).level;

@@ -147,6 +147,33 @@ TEST(Plaque, InTheWallOfAWideVesselIsFarFromItsAxis) {
   EXPECT_TRUE(is_plaque(volume));
 }
 
+// Of a grain in the wall beside a throat of three voxels hardly any of the border is at blood.
+TEST(Plaque, BesideATightThroatIsKnown) {
+  constexpr double kThroat = 0.55, kHealthy = 1.4, kWall = 0.9, kGrain = 1.2;  // mm
+  VolumeGeometry grid;
+  grid.size = {60, 60, 120};
+  grid.spacing = 0.5 * kVoxel * Vec3{1.0, 1.0, 1.0};
+  for (int a = 0; a < 3; ++a)
+    grid.origin[a] = -0.5 * (grid.size[std::size_t(a)] - 1) * grid.spacing[a];
+  Volume<float> fine(grid, -90.0f);
+  for (int k = 0; k < grid.size[2]; ++k)
+    for (int j = 0; j < grid.size[1]; ++j)
+      for (int i = 0; i < grid.size[0]; ++i) {
+        const Vec3 p = grid.lps_from_index({double(i), double(j), double(k)});
+        const double t = std::min(std::abs(p.z) / 5.0, 1.0), off = std::hypot(p.x, p.y);
+        const double lumen =
+            kHealthy - 0.5 * (1.0 + std::cos(units::kPi * t)) * (kHealthy - kThroat);
+        const bool is_grain = std::hypot(p.x - kThroat - 0.8 * kGrain, p.y, p.z) < kGrain;
+        if (off < lumen)
+          fine.at(i, j, k) = float(kBlood);
+        else if (is_grain)
+          fine.at(i, j, k) = 900.0f;
+        else if (off < lumen + kWall)
+          fine.at(i, j, k) = float(kTissue);
+      }
+  EXPECT_TRUE(is_plaque(detail::block_average(detail::smooth(fine, 0.35), {2, 2, 2})));
+}
+
 // In a trunk the most of what is tubular is no blood: vessels in lung and liver, far darker.
 TEST(Plaque, IsToldByBloodsOwnLevelWhereThatIsKnown) {
   const Volume<float> volume = image_with({});
