@@ -357,20 +357,22 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
   const bool is_one_vessel =
       stretches.size() == 1 && std::all_of(candidates.begin(), candidates.end(),
                                            [](const auto& c) { return std::isfinite(c.opening); });
-  const auto radius_at = [&](std::size_t c) {
+  // A rim is wider than its vessel where it is flared, or cut aslant: up to `flared` times.
+  const auto radius_up_to = [&](double flared, std::size_t c) {
     if (is_one_vessel) return candidates[c].opening;
     const Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
     const double own = stretch.is_stub
                            ? stretch.radius
                            : median_depth(lumen, outer_half(lumen, stretch, last[c] < 0));
     const double opening = candidates[c].opening;
-    return (candidates[c].is_cut_off ? kCutOff : 1.0) * (opening < kFlared * own ? opening : own);
+    return (candidates[c].is_cut_off ? kCutOff : 1.0) * (opening < flared * own ? opening : own);
   };
+  const auto radius_at = [&](std::size_t c) { return radius_up_to(kFlared, c); };
   constexpr double kSure = 1.0, kWiderThanOpen = 1.25;
   double widest_open = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c)
     if (candidates[c].is_open && !candidates[c].is_tip)
-      widest_open = std::max(widest_open, radius_at(c));
+      widest_open = std::max(widest_open, radius_up_to(1.0, c));
   double cubes = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c) cubes += std::pow(radius_at(c), 3);
   const auto forks = std::count_if(stretches.begin(), stretches.end(),

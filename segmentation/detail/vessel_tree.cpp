@@ -15,7 +15,6 @@
 #include "segmentation/detail/format_number.hpp"
 #include "segmentation/detail/gaps.hpp"
 #include "segmentation/detail/seeds.hpp"
-#include "segmentation/detail/take_out.hpp"
 #include "segmentation/detail/vesselness.hpp"
 
 namespace angio::segmentation::detail {
@@ -284,27 +283,11 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
 }
 
 /// Of the best piece's tubular part: what has as much is another tree (the left and the right
-/// carotid), not a part that noise has cut off. Less is enough where the volume's border cuts it
-/// off, because blood comes in there (the basilar artery with its vertebrals).
-constexpr double kTreeOfItsOwn = 0.2, kTreeFromOutside = 0.125;
+/// carotid), not a part that noise has cut off.
+constexpr double kTreeOfItsOwn = 0.2;
 
-/// Which pieces the volume's border cuts off, in a section of a vessel's size. An image often fades
-/// in its last slices.
-std::vector<bool> are_cut_off(const Components& pieces, const VolumeGeometry& grid) {
-  constexpr int kFaded = 2;                  // voxels
-  constexpr std::size_t kLeastSection = 12;  // voxels: four across
-  std::vector<std::size_t> at_border(pieces.voxel_count.size(), 0);
-  for (std::size_t v = 0; v < pieces.label.size(); ++v) {
-    if (pieces.label[v] == 0) continue;
-    const auto at = voxel_of(grid, v);
-    for (std::size_t a = 0; a < 3; ++a)
-      at_border[std::size_t(pieces.label[v])] +=
-          at[a] == kFaded || at[a] + 1 + kFaded == grid.size[a];
-  }
-  std::vector<bool> are(at_border.size(), false);
-  for (std::size_t p = 1; p < are.size(); ++p) are[p] = at_border[p] >= kLeastSection;
-  return are;
-}
+/// Of its own volume a tree is tubular at least in so much; a chamber of the heart is in less.
+constexpr double kTubularOfItself = 0.05;
 
 /// The piece with the longest trunks, or with nearly as long ones and more contrast; where none has
 /// enough of them, that with most contrast.
@@ -359,12 +342,12 @@ void keep_pieces(const Components& pieces, const Volume<float>& volume, const Bl
                        kAdvice);
     kept[std::size_t(best)] = true;
     // Where bones and organs had to be kept out, what else is large may be more of them, or veins.
-    const std::vector<bool> is_cut_off = are_cut_off(pieces, contrast.geometry);
-    for (std::size_t p = 1; p < kept.size() && trunks.empty(); ++p) {
-      const double share = is_cut_off[p] ? kTreeFromOutside : kTreeOfItsOwn;
-      kept[p] = kept[p] || (score[p] >= share * score[std::size_t(best)] &&
-                            !is_couch(pieces, int(p), volume, level));
-    }
+    const double least = kTreeOfItsOwn * score[std::size_t(best)];
+    for (std::size_t p = 1; p < kept.size() && trunks.empty(); ++p)
+      kept[p] = kept[p] ||
+                (score[p] >= least &&
+                 score[p] >= kTubularOfItself * tree.contrast * double(pieces.voxel_count[p]) &&
+                 !is_couch(pieces, int(p), volume, level));
     for (std::size_t p = 1; p < kept.size(); ++p)
       if (kept[p]) tree.seeds_lps_mm.push_back(strongest_point(pieces, int(p), contrast));
   }

@@ -211,24 +211,6 @@ Volume<float> two_tubes(double share) {
   });
 }
 
-// Of a wide vessel and two thinner ones, each a seventh of it, blood comes into one by the border.
-TEST(SegmentVessels, TakesASmallerTreeThatTheBorderCutsOff) {
-  constexpr double kWide = 2.4, kThin = 1.3;  // mm
-  TubeImage image;
-  image.size = {70, 48, 100};
-  const auto thin = [](const Vec3& p, double x, double first, double last) {
-    return std::max(std::hypot(p.x - x, p.y) - kThin, std::max(first - p.z, p.z - last));
-  };
-  const Volume<float> volume = image_of(image, [&](const Vec3& p) {
-    return std::min(
-        {std::hypot(p.x, p.y) - kWide, thin(p, 7.0, 0.0, 100.0), thin(p, -7.0, -7.5, 7.5)});
-  });
-  const Segmentation result = segment_vessels(volume, {});
-  EXPECT_LT(interpolate(result.level_set, {0.0, 0.0, 0.0}), 0.0);
-  EXPECT_LT(interpolate(result.level_set, {7.0, 0.0, 8.0}), 0.0);
-  EXPECT_GT(interpolate(result.level_set, {-7.0, 0.0, 0.0}), 0.0);
-}
-
 TEST(SegmentVessels, TakesEveryLargeTree) {
   for (const double share : {1.0, 0.5, 0.1}) {
     const Segmentation result = segment_vessels(two_tubes(share), {});
