@@ -179,7 +179,7 @@ TEST(Bones, VeinsWithAnUnmixedBolusAreNoLevelOfBlood) {
 }
 
 TEST(Bones, KidneysBesideABrighterAortaAreNoBlood) {
-  constexpr float kAorta = 330.0f, kKidney = 190.0f;
+  constexpr float kOpacified = 330.0f, kKidney = 190.0f;
   const VolumeGeometry grid = grid_of({90, 70, 90}, {1.0, 1.0, 1.0});
   Volume<float> volume(grid);
   Volume<std::uint8_t> aorta(grid);
@@ -188,7 +188,7 @@ TEST(Bones, KidneysBesideABrighterAortaAreNoBlood) {
   for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
     aorta.values[v] = std::hypot(p.x, p.y) < 8.0;
     const bool is_kidney = std::hypot((std::abs(p.x) - 27.0) / 14.0, p.y / 18.0, p.z / 32.0) < 1.0;
-    volume.values[v] = aorta.values[v] ? kAorta
+    volume.values[v] = aorta.values[v] ? kOpacified
                        : is_kidney     ? kKidney
                                        : float(std::hypot(p.x, p.y) < 34.0 ? kMuscle : kFat);
   });
@@ -197,7 +197,7 @@ TEST(Bones, KidneysBesideABrighterAortaAreNoBlood) {
   const Bones bones = find_bones(volume, find_tube_axes(volume), {});
   EXPECT_LT(part_in(aorta, bones.mask), 0.02);
   if (bones.are_there) {
-    EXPECT_NEAR(bones.level.lumen, kAorta, 20.0);
+    EXPECT_NEAR(bones.level.lumen, kOpacified, 20.0);
   }
 }
 
