@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <string>
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
@@ -32,10 +33,10 @@ std::vector<std::string> names_of(const std::vector<fs::path>& files) {
 }
 
 /// A panel of three in a row and three in a column, above the strip of the keys.
-std::vector<std::uint8_t> panel_of(const Picture& sheet, int column, int row) {
+std::string panel_of(const Picture& sheet, int column, int row) {
   constexpr int kStrip = 74, kTitle = 36;  // the titles differ
   const int width = sheet.width / 3, height = (sheet.height - kStrip) / 3;
-  std::vector<std::uint8_t> bytes;
+  std::string bytes;
   for (int y = row * height + kTitle; y < (row + 1) * height; ++y) {
     const auto begin = sheet.rgb.begin() + 3 * (std::ptrdiff_t(y) * sheet.width + column * width);
     bytes.insert(bytes.end(), begin, begin + std::ptrdiff_t(3) * width);
@@ -60,7 +61,7 @@ TEST(CaseFigures, NineMomentsAndThePlotsAreWritten) {
 
   // The case's frames have three shapes: as many different panels, from one view.
   const Picture sheet = angio::test::picture_from_png(read_text(files[0]));
-  std::set<std::vector<std::uint8_t>> panels;
+  std::set<std::string> panels;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column) panels.insert(panel_of(sheet, column, row));
   EXPECT_EQ(panels.size(), 3u);
