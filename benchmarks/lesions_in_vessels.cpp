@@ -170,6 +170,7 @@ Reason reason_for(const CenterlineTree& lines, const TriangleMesh& surface,
                                      "a bridge",
                                      "diffuse disease",
                                      "beyond an aneurysm",
+                                     "wider sides",
                                      "not the same blood"};
   const centerline::LesionOptions options =
       centerline::lesion_options({}, centerline::resolution_of_surface(surface));

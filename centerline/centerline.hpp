@@ -135,6 +135,8 @@ enum class Doubt {
   bridge,           ///< a few voxels or triangles that join two vessels where they touch
   diffuse,          ///< a thin vessel with wide ends
   beyond_aneurysm,  ///< of a line's end whose healthy width is known from beyond an aneurysm alone
+  wide_sides,   ///< less than a stenosis against the healthy tree, but half of the width that the
+                ///< same vessel has before and behind it
   other_blood,  ///< not between two pieces of one vessel: what it joins is not equally bright, or
                 ///< not even
 };
@@ -168,6 +170,10 @@ struct Lesion {
   /// The mean of the widest places of the same branch within three diameters before and behind the
   /// edges, healthy or not (their 0.9 quantiles); 0 unless both are seen over a diameter.
   double widest_beside_mm = 0.0;
+  /// The widest that the same branch is both before and behind the tightest place, at two places no
+  /// farther apart than six such diameters; else the diameter there. Far less than the reference
+  /// where a throat lies in a thin stretch. 0 within one and a half diameters of the branch's end.
+  double beside_throat_mm = 0.0;
   double diameter_stenosis_percent = 0.0;  ///< 100 (1 - mld / reference)
   double area_stenosis_percent = 0.0;      ///< 100 (1 - mla / (pi / 4 reference^2))
   double length_mm = 0.0;                  ///< distal_mm - proximal_mm
@@ -175,6 +181,10 @@ struct Lesion {
   /// logarithm of the odds. 0 where no stenosis is listed.
   double evidence = 0.0;
 
+  /// Against the widest places before and behind it; 0 where they are not seen.
+  [[nodiscard]] double percent_of_sides() const {
+    return widest_beside_mm > 0.0 ? 100.0 * (1.0 - mld_mm / widest_beside_mm) : 0.0;
+  }
   [[nodiscard]] bool is_doubtful() const { return doubt != Doubt::none; }
   [[nodiscard]] bool is_left_out() const { return is_too_small || is_too_thin || is_doubtful(); }
 };

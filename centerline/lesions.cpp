@@ -186,6 +186,18 @@ bool is_told_anyway(const Known& known, const Vessel& vessel, const Dip& dip) {
          known.is_measured_within(dip.last + 1, vessel.last + 1);
 }
 
+/// Whether a dip is told of though it is less than a stenosis by the tree: against the vessel
+/// before and behind it, which is a quarter wider than the tree's reference, half of the width is
+/// missing.
+bool is_told_by_sides(const Known& known, const Vessel& vessel, const Dip& dip,
+                      const Lesion& lesion) {
+  constexpr double kWider = 1.25;
+  return lesion.widest_beside_mm >= kWider * lesion.reference_diameter_mm &&
+         lesion.percent_of_sides() >= kHalf && !may_be_a_bridge(known, vessel, dip, lesion) &&
+         !is_tip(known, dip) && !ends_tightest(known, dip) &&
+         known.is_measured_within(dip.last + 1, vessel.last + 1);
+}
+
 /// @param least  evidence, where the dip lies open to both sides
 /// @param doubt  in the tree: so much more
 bool is_evident(const Known& known, const Vessel& vessel, const Dip& dip, double least,
@@ -250,17 +262,21 @@ std::optional<Lesion> judge_dip(const ReferredTree& referred, const Vessel& vess
                                 double doubt_in_tree, const LesionOptions& options) {
   const Known known = referred.known(vessel.path);
   const bool is_named = options.centerline >= 0;
-  if (!is_candidate(known, dip, options)) return {};
-  if (!is_evident(known, vessel, dip, kLeastEvidence, 0.0, options) &&
-      (is_named || !is_told_anyway(known, vessel, dip)))
-    return {};
+  const bool is_by_tree = is_candidate(known, dip, options) &&
+                          (is_evident(known, vessel, dip, kLeastEvidence, 0.0, options) ||
+                           (!is_named && is_told_anyway(known, vessel, dip)));
+  if (!is_by_tree && is_named) return {};
   const Vessel shown = is_named ? vessel : on_longest_path(referred.reference, vessel, dip);
   const CenterlinePath& path = referred.tree.paths[shown.path];
   Lesion lesion =
       describe_dip(referred.known(shown.path), shown, dip, least_percent_of(known, dip, options));
-  if (is_no_neck(lesion) || is_refuted_by_sides(lesion, options)) return {};
+  if (is_no_neck(lesion)) return {};
+  if (!is_by_tree || is_refuted_by_sides(lesion, options)) {
+    if (is_named || !is_told_by_sides(known, vessel, dip, lesion)) return {};
+    lesion.doubt = Doubt::wide_sides;
+  }
   lesion.evidence = cost_of_thin_vessel(known, dip, options.min_stenosis_percent);
-  if (!is_named)
+  if (!is_named && !lesion.is_doubtful())
     lesion.doubt = reason_to_doubt(known, vessel, dip, lesion, path, doubt_in_tree, options);
   if (lesion.doubt == Doubt::bridge && known.percent(dip.tightest) < kHalf) return {};
   lesion.is_too_small = known.reference.diameter[dip.tightest] < options.min_reference_mm;

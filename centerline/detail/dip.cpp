@@ -190,6 +190,22 @@ double widest_beside(const Known& known, const Vessel& vessel, const Dip& dip, d
   return 0.5 * sum;
 }
 
+/// How wide a dip's own branch is right before and behind its tightest place; 0 unless the branch
+/// is seen over one and a half healthy diameters to both sides: nearer to a fork the vessel before
+/// the throat is another branch.
+double beside_throat(const Known& known, const Dip& dip) {
+  constexpr double kLeastSeen = 1.5;
+  const int cell = known.reference.cell[dip.tightest];
+  if (cell < 0) return 0.0;
+  const auto& cells =
+      known.tree.field_branches[std::size_t(known.reference.branch[dip.tightest])].cells;
+  const FieldCell& tightest = cells[std::size_t(cell)];
+  const double seen = std::min(tightest.abscissa_mm - cells.front().abscissa_mm,
+                               cells.back().abscissa_mm - tightest.abscissa_mm);
+  return seen < kLeastSeen * known.reference.diameter[dip.tightest] ? 0.0
+                                                                    : std::exp(tightest.log_sides);
+}
+
 void set_references(const Known& known, const Vessel& vessel, const Dip& dip, std::size_t place,
                     Lesion& lesion) {
   constexpr double kReach = 3.0;
@@ -209,6 +225,7 @@ void set_references(const Known& known, const Vessel& vessel, const Dip& dip, st
   lesion.reference_proximal_mm = beside(dip.first, -1);
   lesion.reference_distal_mm = beside(dip.last, +1);
   lesion.widest_beside_mm = widest_beside(known, vessel, dip, lesion.reference_diameter_mm);
+  lesion.beside_throat_mm = beside_throat(known, dip);
   const int sides = int(lesion.reference_proximal_mm > 0.0) + int(lesion.reference_distal_mm > 0.0);
   if (sides > 0)
     lesion.reference_average_mm =

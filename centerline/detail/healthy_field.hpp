@@ -11,6 +11,7 @@ struct FieldCell {
   double position = 0.0;      ///< of its middle from the branch's beginning, in diameters
   double length_mm = 0.0;
   double abscissa_mm = 0.0;  ///< of its middle along the path
+  double log_sides = 0.0;    ///< ln(diameter / mm) of the narrower of its sides; its own: no dip
   double spread = 0.05;      ///< sd of healthy ln diameters around their taper
 };
 

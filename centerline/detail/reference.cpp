@@ -157,6 +157,41 @@ FieldBranch cut_into_cells(const CenterlinePath& path, const Branch& branch,
   return field;
 }
 
+/// Tells each cell how wide its sides are: the widest D for which there is a place before it and
+/// one behind it that are both as wide, no farther apart than six D; or as wide as itself.
+void set_sides(std::vector<FieldCell>& cells) {
+  constexpr double kLongest = 6.0;
+  for (FieldCell& cell : cells) cell.log_sides = cell.log_diameter;
+  for (std::size_t first = 0; first < cells.size(); ++first) {
+    const double reach = kLongest * std::exp(cells[first].log_diameter);
+    for (std::size_t last = first + 2; last < cells.size(); ++last) {
+      const double apart = cells[last].abscissa_mm - cells[first].abscissa_mm;
+      if (apart > reach) break;
+      const double both = std::min(cells[first].log_diameter, cells[last].log_diameter);
+      if (apart > kLongest * std::exp(both)) continue;
+      for (std::size_t c = first + 1; c < last; ++c)
+        cells[c].log_sides = std::max(cells[c].log_sides, both);
+    }
+  }
+}
+
+/// A branch without its throats: the short stretches, a third narrower than both of their sides,
+/// tell nothing of the vessel, whose width the sides show. So one stenosis changes nothing that is
+/// told of the vessel before and behind it: long thin stretches are not its prolongation.
+FieldBranch without_throats(FieldBranch branch) {
+  constexpr double kThroat = 0.36, kShoulder = 0.1;  // e-folds: 30 % and 10 %
+  auto& cells = branch.cells;
+  const auto depth = [&](std::size_t c) { return cells[c].log_sides - cells[c].log_diameter; };
+  for (std::size_t first = 0, end = 0; first < cells.size(); first = end + 1) {
+    double deepest = 0.0;
+    for (end = first; end < cells.size() && depth(end) >= kShoulder; ++end)
+      deepest = std::max(deepest, depth(end));
+    if (deepest < kThroat) continue;
+    for (std::size_t c = first; c < end; ++c) cells[c].weight = 0.0;
+  }
+  return branch;
+}
+
 /// Takes the thread in which a line ends out of what the healthy width is told by: the last cells
 /// while they are under a third as wide as the median of the branch, by length. Counted in its own
 /// diameters a thread of a few mm is as long as the vessel before it.
@@ -239,13 +274,16 @@ double greatest_own_width(const FieldBranch& field) {
 /// Finds the field that explains the cells, and ln of the healthy diameter at each of them.
 std::vector<std::vector<double>> explain(TreeReference& tree) {
   tree.field = HealthyField(tree.field_branches);
+  std::vector<FieldBranch> branches;
+  for (const FieldBranch& branch : tree.field_branches) branches.push_back(without_throats(branch));
+  const HealthyField healthy(branches);
   std::vector<std::vector<double>> lines;
   for (std::size_t b = 0; b < tree.field_branches.size(); ++b) {
     const FieldBranch& field = tree.field_branches[b];
     std::vector<double> best;
     const double most = greatest_own_width(field);
     for (std::size_t c = 0; c < field.cells.size(); ++c)
-      best.push_back(std::min(tree.field.best(b, c), most));
+      best.push_back(std::min(healthy.best(b, c), most));
     lines.push_back(accept_narrower_vessel(field, fit_healthy_line(field, best)));
   }
   return lines;
@@ -320,6 +358,7 @@ TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
     result.field_branches.push_back(
         cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
     set_spreads(result.field_branches.back(), voxel_mm);
+    set_sides(result.field_branches.back().cells);
     leave_out_thread(result.field_branches.back());
   }
   const std::vector<std::vector<double>> lines = explain(result);

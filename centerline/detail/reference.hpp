@@ -30,8 +30,9 @@ struct TreeReference {
 /// which finds the healthy tree that explains most of them. Through the cells that agree with it
 /// runs, on each branch, a local straight line in ln(diameter) (robust local regression: Cleveland,
 /// J. Am. Stat. Assoc. 74(368), 1979, doi:10.1080/01621459.1979.10481038), which is the reference.
-/// Where no cell agrees, it is the field's own value. A thread in which a line ends, under a third
-/// as wide as the branch, tells nothing of it.
+/// Where no cell agrees, it is the field's own value. Nothing is told by a thread in which a line
+/// ends, under a third as wide as the branch, nor by a throat that is a third narrower than both of
+/// its sides.
 ///
 /// Where nothing is measured in the whole tree (a piece of vessel hardly longer than its fork), the
 /// reference of a path is the median of its balls' diameters.

@@ -141,6 +141,7 @@ json lesion_metrics(const centerline::Lesion& lesion, const CenterlinePath& path
           {"reference_proximal_mm", positive_or_null(lesion.reference_proximal_mm)},
           {"reference_distal_mm", positive_or_null(lesion.reference_distal_mm)},
           {"widest_beside_mm", positive_or_null(lesion.widest_beside_mm)},
+          {"beside_throat_mm", positive_or_null(lesion.beside_throat_mm)},
           {"diameter_stenosis_percent", lesion.diameter_stenosis_percent},
           {"area_stenosis_percent", lesion.area_stenosis_percent},
           {"proximal_mm", lesion.proximal_mm},

@@ -72,14 +72,15 @@ std::string working_view(const json& metrics) {
                      is_assumed ? ", if the input's axes are the patient's" : "");
 }
 
-/// The warnings: of the result itself, of the lines and stenoses, of the meshes, of the image.
+/// The warnings: of the result itself, of the lines and stenoses, of the meshes, of the image; what
+/// was made of the input comes last.
 std::vector<std::string> doubts_of(const RunRecord& record) {
-  std::vector<std::string> doubts;
+  std::vector<std::string> doubts, done;
   const auto add = [&](Stage stage, bool own) {
     const auto entry = record.stages.find(stage);
     if (entry == record.stages.end()) return;
     for (const std::string& text : entry->second.warnings)
-      if (concerns_result(stage, text) == own) doubts.push_back(text);
+      if (concerns_result(stage, text) == own) (is_of_input(text) ? done : doubts).push_back(text);
   };
   add(Stage::segmentation, true);  // whether it is a vessel at all
   for (const Stage stage :
@@ -88,12 +89,16 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
   for (const Stage stage : {Stage::simulation, Stage::centerline, Stage::meshing,
                             Stage::segmentation, Stage::reconstruction, Stage::report})
     add(stage, false);
+  doubts.insert(doubts.end(), done.begin(), done.end());
   return doubts;
 }
 
 /// The first doubt, and how many more there are.
 std::string to_doubt(const std::vector<std::string>& doubts) {
   if (doubts.empty()) return "to doubt nothing that was noticed";
+  if (doubts.front().starts_with(kRepaired))
+    return fmt::format("to doubt nothing that was noticed ({} repair{} in the report)",
+                       doubts.size(), doubts.size() == 1 ? "" : "s");
   std::string line = "to doubt " + doubts.front();
   if (doubts.size() > 1) line += fmt::format(" ({} more in the report)", doubts.size() - 1);
   return line;

@@ -155,8 +155,8 @@ void tell_of_small_vessels(StageWork& work, const std::vector<centerline::Lesion
 }
 
 /// What narrowings may be instead of stenoses.
-std::string what_else(centerline::Doubt doubt, bool is_surface) {
-  switch (doubt) {
+std::string what_else(const centerline::Lesion& lesion, bool is_surface) {
+  switch (lesion.doubt) {
     case centerline::Doubt::faint:
       return "healthy vessels of such a tree may vary as much, or its diameters err";
     case centerline::Doubt::crowded:
@@ -188,6 +188,12 @@ std::string what_else(centerline::Doubt doubt, bool is_surface) {
     case centerline::Doubt::bridge:
       return "it is short, or the line turns round it, and another vessel passes it by: it may be "
              "where the two touch";
+    case centerline::Doubt::wide_sides:
+      return fmt::format(
+          "that is against the healthy tree, which would be {:.2f} mm wide there; the same vessel "
+          "is up to {:.2f} mm wide before and behind it, and against that it is a stenosis of "
+          "{:.0f} %: it may be dilated there, or narrow on its way to it",
+          lesion.reference_diameter_mm, lesion.widest_beside_mm, lesion.percent_of_sides());
     case centerline::Doubt::none:
     case centerline::Doubt::diffuse:
       break;
@@ -199,9 +205,9 @@ std::string what_else(centerline::Doubt doubt, bool is_surface) {
 void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
   const bool is_surface = has_surface_input(work.files);
   using centerline::Doubt;
-  for (const Doubt doubt :
-       {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart, Doubt::at_beginning,
-        Doubt::at_end, Doubt::bead, Doubt::bridge, Doubt::beyond_aneurysm, Doubt::other_blood}) {
+  for (const Doubt doubt : {Doubt::faint, Doubt::crowded, Doubt::beside_no_tube, Doubt::heart,
+                            Doubt::at_beginning, Doubt::at_end, Doubt::bead, Doubt::bridge,
+                            Doubt::beyond_aneurysm, Doubt::wide_sides, Doubt::other_blood}) {
     const auto is_told = [&](const centerline::Lesion& lesion) {
       return lesion.doubt == doubt && !lesion.is_too_thin && !lesion.is_too_small;
     };
@@ -213,7 +219,7 @@ void tell_of_doubtful(StageWork& work, const std::vector<centerline::Lesion>& le
         "the inlet: {}. "
         "That line can be looked at alone (--set lesion.centerline={})",
         count, count == 1 ? " is" : "s are", worst->diameter_stenosis_percent, worst->path_id,
-        worst->abscissa_mm, what_else(doubt, is_surface), worst->path_id));
+        worst->abscissa_mm, what_else(*worst, is_surface), worst->path_id));
   }
 }
 
@@ -230,20 +236,30 @@ void tell_of_diffuse(StageWork& work, const std::vector<centerline::Lesion>& les
           lesion.mld_mm, lesion.abscissa_mm, lesion.path_id, lesion.abscissa_mm));
 }
 
-/// Tells of the stenoses that would be far worse by the vessel beside them.
+/// Tells of the stenoses that would be far worse, or far less, by the vessel beside them.
 void tell_of_references(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
-  constexpr double kWider = 1.25;
+  constexpr double kWider = 1.25, kNarrower = 0.75;
   for (const centerline::Lesion& lesion : lesions) {
-    if (!lesion.is_stenosis || lesion.widest_beside_mm < kWider * lesion.reference_diameter_mm)
-      continue;
+    if (!lesion.is_stenosis) continue;
+    if (const double beside = lesion.beside_throat_mm;
+        lesion.mld_mm < kNarrower * beside && beside < kNarrower * lesion.reference_diameter_mm)
+      work.warnings.push_back(fmt::format(
+          "{} on line {}, {:.1f} mm from the inlet, is {:.2f} mm, the width of the vessel farther "
+          "away; right beside the throat it is {:.2f} mm wide. Against that it would be {:.0f} % "
+          "and "
+          "not {:.0f} %: diseased over {:.0f} mm, or a vessel that is as thin there by itself? A "
+          "balloon of the reference may be far too wide (--balloon chooses another)",
+          kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, lesion.reference_diameter_mm,
+          beside, 100.0 * (1.0 - lesion.mld_mm / beside), lesion.diameter_stenosis_percent,
+          lesion.length_mm));
+    if (lesion.widest_beside_mm < kWider * lesion.reference_diameter_mm) continue;
     work.warnings.push_back(fmt::format(
         "{} on line {}, {:.1f} mm from the inlet, is the healthy tree's there, {:.2f} mm; before "
         "and behind it the same vessel is up to {:.2f} mm wide, in the mean of both. Against that "
         "it would be {:.0f} % and not {:.0f} %: dilated beside it, or narrow on its way to it? "
         "Look before a balloon is chosen by it (--balloon)",
         kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, lesion.reference_diameter_mm,
-        lesion.widest_beside_mm, 100.0 * (1.0 - lesion.mld_mm / lesion.widest_beside_mm),
-        lesion.diameter_stenosis_percent));
+        lesion.widest_beside_mm, lesion.percent_of_sides(), lesion.diameter_stenosis_percent));
   }
 }
 

@@ -13,6 +13,7 @@
 #include "formats/case_file.hpp"
 #include "formats/files.hpp"
 #include "meshing/meshing.hpp"
+#include "pipeline/case/doubts.hpp"
 #include "pipeline/case/input_kind.hpp"
 #include "pipeline/case/tell.hpp"
 
@@ -62,8 +63,8 @@ void choose_unit(GivenSurface& given, std::optional<LengthUnit> stated,
     warn(read + fmt::format("In {} it would be {}: add {} if so", unit_name(guess.others.front()),
                             words(guess.others.front()), options_of(guess.others)));
   else if (guess.unit != LengthUnit::mm && given.size.median < kLeastSeenMm)
-    warn(read + fmt::format("In mm no scan would show it ({}). --unit says otherwise",
-                            words(LengthUnit::mm)));
+    warn(read +
+         fmt::format("In mm {} ({}). --unit says otherwise", kOnlyUnit, words(LengthUnit::mm)));
   else if (guess.unit != LengthUnit::mm)
     warn(read + fmt::format("In mm it would be smaller than what is scanned ({}): add --unit mm if "
                             "it is",
@@ -248,7 +249,7 @@ void take_surface(StageWork& work, std::optional<LengthUnit> unit) {
   const GivenSurface given = settle(surface, unit);
   work.warnings.insert(work.warnings.end(), given.warnings.begin(), given.warnings.end());
   for (const meshing::SurfaceRepair& repair : given.repairs)
-    if (!repair.is_routine) work.warnings.push_back("repaired: " + to_text(repair));
+    if (!repair.is_routine) work.warnings.push_back(std::string(kRepaired) + to_text(repair));
   formats::write_surface(kept, {given.mesh, {}, {}});
 }
 

@@ -69,6 +69,52 @@ TEST(LesionReferences, BesideALesionTheVesselIsAsWideAsItsReferenceButWhereItIsD
   }
 }
 
+TEST(LesionReferences, AThroatChangesNothingThatIsToldOfTheVesselBeyondIt) {
+  // 3.2 mm wide, behind 92 mm 1.9 mm, and waving; with a throat and without.
+  struct Wave {
+    double share, length_mm, throat_mm;
+  };
+  for (const Wave& wave : {Wave{0.14, 44.0, 100.0}, Wave{0.08, 25.0, 50.0}}) {
+    const auto reference_at = [&](double depth, double s) {
+      const auto diameter = [&](double x) {
+        const double step = std::clamp((x - 88.0) / 8.0, 0.0, 1.0);
+        return (3.2 - 1.3 * step) *
+               (1.0 + wave.share * std::sin(2.0 * units::kPi * x / wave.length_mm)) *
+               narrowed(x, wave.throat_mm, 5.0, depth);
+      };
+      const CenterlineTree tree = tree_of({line_of(diameter, 170.0)});
+      const std::vector<double>& abscissa = tree.paths[0].abscissa;
+      const auto at = std::lower_bound(abscissa.begin(), abscissa.end(), s) - abscissa.begin();
+      return find_reference(tree, 0.0).paths[0].diameter[std::size_t(at)];
+    };
+    for (double s = 20.0; s < 160.0; s += 10.0)
+      if (std::abs(s - wave.throat_mm) > 12.0) {
+        EXPECT_NEAR(reference_at(0.7, s) / reference_at(0.0, s), 1.0, 0.06) << s;
+      }
+  }
+}
+
+TEST(LesionReferences, HalfOfTheWidthBesideAThroatIsToldOfThoughTheTreeIsNarrower) {
+  // 4 mm wide; dilated to 5.8 mm over 22 mm, in the middle of which a throat of 2.8 mm lies.
+  const auto with_throat = [](double mld) {
+    return [mld](double s) {
+      const double wide = std::clamp((13.0 - std::abs(s - 60.0)) / 2.0, 0.0, 1.0);
+      return (4.0 + 1.8 * wide) * narrowed(s, 60.0, 4.0, 1.0 - mld / 5.8);
+    };
+  };
+  const auto lesions = find_lesions(tree_of({line_of(with_throat(2.8), 120.0)}), {});
+  const auto told = std::find_if(lesions.begin(), lesions.end(), [](const Lesion& lesion) {
+    return lesion.doubt == Doubt::wide_sides;
+  });
+  ASSERT_NE(told, lesions.end());
+  EXPECT_FALSE(told->is_stenosis);
+  EXPECT_NEAR(told->abscissa_mm, 60.0, 0.5);
+  EXPECT_NEAR(told->percent_of_sides(), 100.0 * (1.0 - 2.8 / 5.8), 3.0);
+  EXPECT_NEAR(told->beside_throat_mm, 5.8, 0.1);
+  for (const Lesion& lesion : find_lesions(tree_of({line_of(with_throat(3.4), 120.0)}), {}))
+    EXPECT_NE(lesion.doubt, Doubt::wide_sides);
+}
+
 TEST(LesionReferences, OfWhatIsMeasuredNowhereIsTheLumensOwnWidth) {
   CenterlinePath path = line_of([](double s) { return 2.5 + 0.1 * s; }, 4.0);
   path.tracts = {{0, int(path.points.size()) - 1, 0, 0, true}};

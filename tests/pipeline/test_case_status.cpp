@@ -2,6 +2,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "pipeline/case/case_status.hpp"
 #include "pipeline/case/doubts.hpp"
 #include "pipeline/case/metrics.hpp"
@@ -220,6 +221,22 @@ TEST(ReadOut, SaysWhatWasBeforeWhatIsAfterAndWhatToDoubt) {
   const std::string bone = std::string(segmentation::kDoubtfulLumen) + "it is bone";
   treated.record.stages[Stage::segmentation].warnings = {"a piece was left out", bone};
   EXPECT_EQ(treated.lines()[2], "to doubt " + bone + " (6 more in the report)");
+}
+
+TEST(ReadOut, WhatWasMadeOfTheInputIsTheLastThingToDoubt) {
+  TreatedCase treated;
+  treated.record.stages[Stage::segmentation].warnings = {
+      std::string(kUnitGuessed) + "; in mm " + std::string(kOnlyUnit),
+      std::string(kRepaired) + "1 hole filled"};
+  EXPECT_EQ(treated.lines()[2], "to doubt the wall is thin (2 more in the report)");
+  treated.record.stages[Stage::meshing].warnings.clear();
+  treated.record.stages[Stage::segmentation].warnings.erase(
+      treated.record.stages[Stage::segmentation].warnings.begin());
+  EXPECT_EQ(treated.lines()[2], "to doubt nothing that was noticed (1 repair in the report)");
+  treated.record.stages[Stage::segmentation].warnings = {std::string(kUnitGuessed) +
+                                                         "; in cm it would be as likely"};
+  treated.record.stages[Stage::centerline].warnings = {"two vessels touch"};
+  EXPECT_NE(treated.lines()[2].find("unit"), std::string::npos) << treated.lines()[2];
 }
 
 TEST(ReadOut, OfACaseThatNothingIsSaidOfHasNothingToDoubt) {

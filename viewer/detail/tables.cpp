@@ -38,6 +38,7 @@ constexpr std::array kWordings{
     Wording{"lesion.reference_distal_mm", "Reference behind the lesion", "mm", 2},
     Wording{"lesion.reference_average_mm", "Reference, average of both", "mm", 2},
     Wording{"lesion.widest_beside_mm", "Widest before and behind, their mean", "mm", 2},
+    Wording{"lesion.beside_throat_mm", "Right before and behind the throat", "mm", 2},
     Wording{"lesion.diameter_stenosis_percent", "Diameter stenosis", "%", 1},
     Wording{"lesion.area_stenosis_percent", "Area stenosis", "%", 1},
     Wording{"lesion.lumen_eccentricity", "Eccentricity of the lumen, (widest − least) / widest", "",
