@@ -135,8 +135,8 @@ enum class Doubt {
   bridge,           ///< a few voxels or triangles that join two vessels where they touch
   diffuse,          ///< a thin vessel with wide ends
   beyond_aneurysm,  ///< of a line's end whose healthy width is known from beyond an aneurysm alone
-  wide_sides,   ///< less than a stenosis against the healthy tree, but half of the width that the
-                ///< same vessel has before and behind it
+  wide_sides,       ///< half as wide as the same vessel before and behind it, but hardly narrower
+                    ///< than the healthy tree
   other_blood,  ///< not between two pieces of one vessel: what it joins is not equally bright, or
                 ///< not even
 };

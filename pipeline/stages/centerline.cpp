@@ -245,8 +245,7 @@ void tell_of_references(StageWork& work, const std::vector<centerline::Lesion>& 
         lesion.mld_mm < kNarrower * beside && beside < kNarrower * lesion.reference_diameter_mm)
       work.warnings.push_back(fmt::format(
           "{} on line {}, {:.1f} mm from the inlet, is {:.2f} mm, the width of the vessel farther "
-          "away; right beside the throat it is {:.2f} mm wide. Against that it would be {:.0f} % "
-          "and "
+          "away; right beside the throat it is {:.2f} mm wide. Against that it would be {:.0f} %, "
           "not {:.0f} %: diseased over {:.0f} mm, or a vessel that is as thin there by itself? A "
           "balloon of the reference may be far too wide (--balloon chooses another)",
           kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, lesion.reference_diameter_mm,
