@@ -191,11 +191,9 @@ bool is_told_anyway(const Known& known, const Vessel& vessel, const Dip& dip) {
 /// missing.
 bool is_told_by_sides(const Known& known, const Vessel& vessel, const Dip& dip,
                       const Lesion& lesion) {
-  constexpr double kWider = 1.25;
-  return lesion.widest_beside_mm >= kWider * lesion.reference_diameter_mm &&
-         lesion.percent_of_sides() >= kHalf && !may_be_a_bridge(known, vessel, dip, lesion) &&
-         !is_tip(known, dip) && !ends_tightest(known, dip) &&
-         known.is_measured_within(dip.last + 1, vessel.last + 1);
+  return lesion.has_wide_sides() && lesion.percent_of_sides() >= kHalf &&
+         !may_be_a_bridge(known, vessel, dip, lesion) && !is_tip(known, dip) &&
+         !ends_tightest(known, dip) && known.is_measured_within(dip.last + 1, vessel.last + 1);
 }
 
 /// @param least  evidence, where the dip lies open to both sides

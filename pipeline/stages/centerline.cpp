@@ -238,27 +238,25 @@ void tell_of_diffuse(StageWork& work, const std::vector<centerline::Lesion>& les
 
 /// Tells of the stenoses that would be far worse, or far less, by the vessel beside them.
 void tell_of_references(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
-  constexpr double kWider = 1.25, kNarrower = 0.75;
+  const auto tell = [&](const centerline::Lesion& lesion, std::string_view where, double width_mm,
+                        std::string_view what) {
+    work.warnings.push_back(fmt::format(
+        "{} on line {}, {:.1f} mm from the inlet, is the healthy tree's there, {:.2f} mm; {} "
+        "{:.2f} "
+        "mm wide. Against that it would be {:.0f} % and not {:.0f} %: {} Look before a balloon is "
+        "chosen by it (--balloon)",
+        kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, lesion.reference_diameter_mm, where,
+        width_mm, 100.0 * (1.0 - lesion.mld_mm / width_mm), lesion.diameter_stenosis_percent,
+        what));
+  };
   for (const centerline::Lesion& lesion : lesions) {
     if (!lesion.is_stenosis) continue;
-    if (const double beside = lesion.beside_throat_mm;
-        lesion.mld_mm < kNarrower * beside && beside < kNarrower * lesion.reference_diameter_mm)
-      work.warnings.push_back(fmt::format(
-          "{} on line {}, {:.1f} mm from the inlet, is {:.2f} mm, the width of the vessel farther "
-          "away; right beside the throat it is {:.2f} mm wide. Against that it would be {:.0f} %, "
-          "not {:.0f} %: diseased over {:.0f} mm, or a vessel that is as thin there by itself? A "
-          "balloon of the reference may be far too wide (--balloon chooses another)",
-          kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, lesion.reference_diameter_mm,
-          beside, 100.0 * (1.0 - lesion.mld_mm / beside), lesion.diameter_stenosis_percent,
-          lesion.length_mm));
-    if (lesion.widest_beside_mm < kWider * lesion.reference_diameter_mm) continue;
-    work.warnings.push_back(fmt::format(
-        "{} on line {}, {:.1f} mm from the inlet, is the healthy tree's there, {:.2f} mm; before "
-        "and behind it the same vessel is up to {:.2f} mm wide, in the mean of both. Against that "
-        "it would be {:.0f} % and not {:.0f} %: dilated beside it, or narrow on its way to it? "
-        "Look before a balloon is chosen by it (--balloon)",
-        kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, lesion.reference_diameter_mm,
-        lesion.widest_beside_mm, lesion.percent_of_sides(), lesion.diameter_stenosis_percent));
+    if (lesion.is_in_thin_vessel())
+      tell(lesion, "right before and behind the throat the vessel is", lesion.beside_throat_mm,
+           "diseased along its length, or as thin there by itself?");
+    if (lesion.has_wide_sides())
+      tell(lesion, "before and behind it the same vessel is, in the mean of both, up to",
+           lesion.widest_beside_mm, "dilated beside it, or narrow on its way to it?");
   }
 }
 

@@ -115,6 +115,22 @@ TEST(LesionReferences, HalfOfTheWidthBesideAThroatIsToldOfThoughTheTreeIsNarrowe
     EXPECT_NE(lesion.doubt, Doubt::wide_sides);
 }
 
+TEST(LesionReferences, AThroatInAThinStretchSaysHowWideItsSidesAreButNotAtTheBranchsEnd) {
+  // 4 mm wide, 2.4 mm over 24 mm, with a throat in its middle.
+  const auto diameter = [](double s) {
+    const double thin = std::clamp((14.0 - std::abs(s - 60.0)) / 2.0, 0.0, 1.0);
+    return (4.0 - 1.6 * thin) * narrowed(s, 60.0, 3.0, 0.5);
+  };
+  const Lesion lesion = find_lesions(tree_of({line_of(diameter, 120.0)}), {}).at(0);
+  ASSERT_TRUE(lesion.is_stenosis);
+  EXPECT_NEAR(lesion.reference_diameter_mm, 4.0, 0.1);
+  EXPECT_NEAR(lesion.beside_throat_mm, 2.4, 0.05);
+  EXPECT_TRUE(lesion.is_in_thin_vessel());
+  const auto near_end = [](double s) { return 4.0 * narrowed(s, 5.5, 3.0, 0.6); };
+  for (const Lesion& at_end : find_lesions(tree_of({line_of(near_end, 80.0)}), {}))
+    EXPECT_EQ(at_end.beside_throat_mm, 0.0);
+}
+
 TEST(LesionReferences, OfWhatIsMeasuredNowhereIsTheLumensOwnWidth) {
   CenterlinePath path = line_of([](double s) { return 2.5 + 0.1 * s; }, 4.0);
   path.tracts = {{0, int(path.points.size()) - 1, 0, 0, true}};
