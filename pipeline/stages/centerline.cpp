@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "centerline/centerline.hpp"
 #include "core/atomic_file.hpp"
