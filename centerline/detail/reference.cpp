@@ -149,7 +149,7 @@ FieldBranch cut_into_cells(const CenterlinePath& path, const Branch& branch,
     ++count;
     length += stands_for_mm / unit[i];
     reference.cell[i] = int(field.cells.size());
-    if (length >= kCell) close();
+    if (length >= kCell * (1.0 - 1e-6)) close();
   }
   close();
   if (field.cells.empty()) field.cells.push_back({.position = 0.5 * position});
@@ -217,33 +217,65 @@ double deviation_of(std::vector<double> magnitudes) {
   return *at / kQuartile;
 }
 
-/// How much healthy diameters scatter around a cell: from second differences over a diameter, which
-/// no taper changes, nor a single lesion in a vessel most of which is healthy.
-void set_spreads(FieldBranch& branch, double voxel) {
-  constexpr double kLag = 1.0, kReach = 8.0;
-  auto& cells = branch.cells;
-  std::vector<std::pair<double, double>> roughness;  // at a position
+/// The cell that lies nearest to a position, of those that tell something.
+std::size_t nearest_cell(const std::vector<FieldCell>& cells, double position) {
+  std::size_t nearest = 0;
+  double least = std::numeric_limits<double>::max();
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    const auto at = [&](double position) {
-      std::size_t nearest = c;
-      for (std::size_t k = 0; k < cells.size(); ++k)
-        if (std::abs(cells[k].position - position) < std::abs(cells[nearest].position - position))
-          nearest = k;
-      return nearest;
-    };
-    const std::size_t before = at(cells[c].position - kLag), after = at(cells[c].position + kLag);
+    const double away = std::abs(cells[c].position - position);
+    if (cells[c].weight <= 0.0 || away >= least) continue;
+    nearest = c;
+    least = away;
+  }
+  return nearest;
+}
+
+/// An error of a diameter (ln) at a position, by its magnitude.
+struct Roughness {
+  double position, magnitude;
+};
+
+/// Second differences of the diameters over a lag, or less beside an end, as errors of one of them:
+/// no taper changes them.
+std::vector<Roughness> roughness_over(const std::vector<FieldCell>& cells, double lag) {
+  std::vector<Roughness> rough;
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    if (cells[c].weight <= 0.0) continue;
+    const std::size_t before = nearest_cell(cells, cells[c].position - lag);
+    const std::size_t after = nearest_cell(cells, cells[c].position + lag);
     if (before == c || after == c) continue;
     const double t = (cells[c].position - cells[before].position) /
                      (cells[after].position - cells[before].position);
     const double between = (1.0 - t) * cells[before].log_diameter + t * cells[after].log_diameter;
-    roughness.emplace_back(cells[c].position, std::abs(cells[c].log_diameter - between) /
-                                                  std::sqrt(1.0 + t * t + (1.0 - t) * (1.0 - t)));
+    rough.push_back({cells[c].position, std::abs(cells[c].log_diameter - between) /
+                                            std::sqrt(1.0 + t * t + (1.0 - t) * (1.0 - t))});
   }
-  for (FieldCell& cell : cells) {
-    std::vector<double> near;
-    for (const auto& [position, value] : roughness)
-      if (std::abs(position - cell.position) <= kReach) near.push_back(value);
-    cell.spread = std::max(std::clamp(deviation_of(near), kLeastSpread, kMostSpread),
+  return rough;
+}
+
+/// Where spreads are read from: over a diameter, which tells of every vessel; or also over two,
+/// which shows the waves of a long vessel that a diameter takes for taper.
+enum class Waves { are_taper, are_scatter };
+
+/// How much healthy diameters scatter around a cell, by second differences, which no single lesion
+/// changes in a vessel most of which is healthy.
+void set_spreads(FieldBranch& branch, double voxel, Waves waves) {
+  constexpr double kLag = 1.0, kLongLag = 2.0, kReach = 8.0;
+  constexpr double kLong = 9.0;  // vessel seen, or a lesion is most of what a long lag sees
+  const std::vector<Roughness> over_lag = roughness_over(branch.cells, kLag);
+  const std::vector<Roughness> over_long_lag = roughness_over(branch.cells, kLongLag);
+  for (FieldCell& cell : branch.cells) {
+    const auto near = [&](const std::vector<Roughness>& rough) {
+      std::vector<double> magnitudes;
+      for (const Roughness& r : rough)
+        if (std::abs(r.position - cell.position) <= kReach) magnitudes.push_back(r.magnitude);
+      return magnitudes;
+    };
+    double spread = deviation_of(near(over_lag));
+    std::vector<double> slow = near(over_long_lag);
+    if (waves == Waves::are_scatter && kCell * double(slow.size()) >= kLong)
+      spread = std::max(spread, deviation_of(std::move(slow)));
+    cell.spread = std::max(std::clamp(spread, kLeastSpread, kMostSpread),
                            kVoxelError * voxel / std::exp(cell.log_diameter));
   }
 }
@@ -272,10 +304,11 @@ double greatest_own_width(const FieldBranch& field) {
 }
 
 /// Finds the field that explains the cells, and ln of the healthy diameter at each of them.
-std::vector<std::vector<double>> explain(TreeReference& tree) {
+std::vector<std::vector<double>> explain(TreeReference& tree, double voxel_mm) {
   tree.field = HealthyField(tree.field_branches);
   std::vector<FieldBranch> branches;
   for (const FieldBranch& branch : tree.field_branches) branches.push_back(without_throats(branch));
+  for (FieldBranch& branch : branches) set_spreads(branch, voxel_mm, Waves::are_scatter);
   const HealthyField healthy(branches);
   std::vector<std::vector<double>> lines;
   for (std::size_t b = 0; b < tree.field_branches.size(); ++b) {
@@ -357,11 +390,11 @@ TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
     const auto p = std::size_t(branch.path);
     result.field_branches.push_back(
         cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
-    set_spreads(result.field_branches.back(), voxel_mm);
+    set_spreads(result.field_branches.back(), voxel_mm, Waves::are_taper);
     set_sides(result.field_branches.back().cells);
     leave_out_thread(result.field_branches.back());
   }
-  const std::vector<std::vector<double>> lines = explain(result);
+  const std::vector<std::vector<double>> lines = explain(result, voxel_mm);
   for (std::size_t b = 0; b < result.branches.size(); ++b) {
     const auto p = std::size_t(result.branches[b].path);
     fill_branch(result, b, lines[b], units[p], tree, result.paths[p]);

@@ -132,7 +132,21 @@ double length_of(const CenterlinePath& path, const Interval& some) {
 /// What is shorter is not blanked [radii].
 constexpr double kLong = 3.0;
 
-/// The stretches of a path, off its tips and branchings, where no tube was seen.
+/// The stretch with as much of the path on both of its sides as it is long.
+Interval with_sides(const CenterlinePath& path, const Interval& some) {
+  const double length = length_of(path, some);
+  const std::vector<double>& s = path.abscissa;
+  Interval wider = some;
+  while (wider.first > 0 && s[std::size_t(some.first)] - s[std::size_t(wider.first - 1)] <= length)
+    --wider.first;
+  while (wider.last + 1 < int(s.size()) &&
+         s[std::size_t(wider.last + 1)] - s[std::size_t(some.last)] <= length)
+    ++wider.last;
+  return wider;
+}
+
+/// The stretches of a path, off its tips and branchings, where no tube was seen. What is short
+/// against the vessel beside it is none: a throat of few triangles.
 std::vector<Interval> find_gaps(const CenterlinePath& path, const std::vector<char>& is_tube,
                                 const std::vector<Interval>& branchings) {
   constexpr double kTip = 2.0;  // radii
@@ -145,7 +159,8 @@ std::vector<Interval> find_gaps(const CenterlinePath& path, const std::vector<ch
     const bool is_in_branching = std::any_of(
         branchings.begin(), branchings.end(),
         [&](const Interval& b) { return gap.first <= b.last + 1 && gap.last >= b.first - 1; });
-    if (!is_at_tip && !is_in_branching && last - first > kLong * radius) gaps.push_back(gap);
+    const double vessel_radius = widest_radius(path, with_sides(path, gap));
+    if (!is_at_tip && !is_in_branching && last - first > kLong * vessel_radius) gaps.push_back(gap);
   }
   return gaps;
 }

@@ -94,6 +94,25 @@ TEST(LesionReferences, AThroatChangesNothingThatIsToldOfTheVesselBeyondIt) {
   }
 }
 
+TEST(LesionReferences, AVesselThatWavesSlowlyIsHealthyOnBothOfItsSides) {
+  // 3 mm and thinner by 0.3 % a mm, 15 % wider and narrower in turn: no stenosis but the one of
+  // 60 % that is there, and its reference is not the crest of the waves.
+  for (const double wave_mm : {20.0, 26.0, 32.0})
+    for (const double phase : {0.0, 1.5, 3.0, 4.5}) {
+      const auto healthy = [&](double s) {
+        return 3.0 * std::exp(-0.003 * s) *
+               (1.0 + 0.15 * std::sin(2.0 * units::kPi * s / wave_mm + phase));
+      };
+      const auto diameter = [&](double s) { return healthy(s) * narrowed(s, 60.0, 4.0, 0.6); };
+      for (const Lesion& lesion : find_lesions(tree_of({line_of(diameter, 150.0)}), {})) {
+        if (!lesion.is_stenosis) continue;
+        EXPECT_NEAR(lesion.abscissa_mm, 60.0, 1.0) << wave_mm << " mm, " << phase;
+        EXPECT_NEAR(lesion.reference_tree_mm / (3.0 * std::exp(-0.18)), 1.0, 0.12)
+            << wave_mm << " mm, " << phase;
+      }
+    }
+}
+
 TEST(LesionReferences, HalfOfTheWidthBesideAThroatIsToldOfThoughTheTreeIsNarrower) {
   // 4 mm wide; dilated to 5.8 mm over 22 mm, in the middle of which a throat of 2.8 mm lies.
   const auto with_throat = [](double mld) {

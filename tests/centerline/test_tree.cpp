@@ -1,13 +1,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "centerline/centerline.hpp"
 #include "centerline/detail/lumen_voxels.hpp"
 #include "centerline/detail/places.hpp"
 #include "centerline/detail/short_branches.hpp"
+#include "centerline/detail/tracts.hpp"
+#include "tests/centerline/straight_lines.hpp"
 #include "tests/centerline/tree_checks.hpp"
 
 namespace angio::centerline {
@@ -314,6 +318,28 @@ TEST(CenterlineTree, OfATrifurcationHasOneBranchingWithThreeDaughters) {
   EXPECT_EQ(trunks.size(), 1U);
   EXPECT_EQ(branchings.size(), 1U);
   EXPECT_EQ(daughters.size(), 3U);
+}
+
+/// A line of 8 mm, narrowed by 90 % in its middle, that sees no tube within some mm of it.
+CenterlineTree blind_in_its_throat(double mm, double depth, std::vector<std::string>& notes) {
+  const auto diameter = [=](double s) { return 8.0 * test::narrowed(s, 50.0, 12.0, depth); };
+  CenterlineTree tree = test::tree_of({test::line_of(diameter, 100.0)});
+  std::vector<char> is_tube;
+  for (const Vec3& point : tree.paths[0].points)
+    is_tube.push_back(std::abs(point.z - 50.0) > mm ? 1 : 0);
+  notes = assign_tracts(tree, {is_tube});
+  return tree;
+}
+
+TEST(Tracts, AreBlankedWhereALongStretchIsNoTubeButNotInAShortThroat) {
+  std::vector<std::string> notes;
+  EXPECT_EQ(blind_in_its_throat(2.0, 0.9, notes).paths[0].tracts.size(), 1U);
+  EXPECT_TRUE(notes.empty());
+  EXPECT_EQ(blind_in_its_throat(5.0, 0.0, notes).paths[0].tracts.size(), 1U);  // under 3 radii
+  const CenterlineTree blind = blind_in_its_throat(8.0, 0.0, notes);
+  ASSERT_EQ(blind.paths[0].tracts.size(), 3U);
+  EXPECT_TRUE(blind.paths[0].tracts[1].blanking);
+  EXPECT_EQ(notes.size(), 1U);
 }
 
 TEST(Places, AreOneNoteHoweverMany) {
