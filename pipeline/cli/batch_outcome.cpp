@@ -99,36 +99,40 @@ std::string column_of(std::string pointer) {
   return pointer;
 }
 
-/// How long things took is no part of a table that is the same wherever it was made.
-bool is_time(const std::string& column) {
-  return column.find("wall_s") != std::string::npos ||
+/// What a run took, and on what, is no part of a table that is the same wherever it was made.
+bool is_of_machine(const std::string& column) {
+  return column.find("wall_s") != std::string::npos || column == "/simulation/device" ||
          column.find("time_split") != std::string::npos ||
          column.find("frames_per_second") != std::string::npos ||
          column.find("real_time_factor") != std::string::npos;
 }
 
-/// Every number of metrics.json by its column, but the measures, which have columns of their own.
-std::map<std::string, double> further_numbers(const SummaryCase& one) {
-  std::map<std::string, double> numbers;
-  if (!one.metrics.is_object()) return numbers;
-  const json flat = one.metrics.flatten();  // items() only refers to it
-  for (const auto& [pointer, value] : flat.items())
-    if (value.is_number() && !is_time(pointer)) numbers[column_of(pointer)] = value.get<double>();
-  for (const SummaryMeasure& measure : summary_measures())
-    numbers.erase(column_of(measure.pointer));
-  return numbers;
+/// Six digits of a measured number; counts whole, and words as they are.
+std::string cell_of(const json& value) {
+  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
+  if (value.is_string()) return value.get<std::string>();
+  return value.is_primitive() && !value.is_null() ? value.dump() : std::string();
 }
 
-std::string cell_of(std::optional<double> value) {
-  return value ? fmt::format("{:.4g}", *value) : std::string();
+/// Every value of metrics.json by its column, but those that have columns of their own.
+std::map<std::string, std::string> further_cells(const SummaryCase& one) {
+  std::map<std::string, std::string> cells;
+  if (!one.metrics.is_object()) return cells;
+  const json flat = one.metrics.flatten();  // items() only refers to it
+  for (const auto& [pointer, value] : flat.items())
+    if (!is_of_machine(pointer) && !cell_of(value).empty())
+      cells[column_of(pointer)] = cell_of(value);
+  for (const SummaryMeasure& measure : summary_measures()) cells.erase(column_of(measure.pointer));
+  for (const char* column : {"status", "status_reason"}) cells.erase(column);
+  return cells;
 }
 
 std::string csv_of(const std::vector<SummaryCase>& cases) {
-  std::vector<std::map<std::string, double>> further;
+  std::vector<std::map<std::string, std::string>> further;
   std::set<std::string> columns;
   for (const SummaryCase& one : cases) {
-    further.push_back(further_numbers(one));
-    for (const auto& [column, value] : further.back()) columns.insert(column);
+    further.push_back(further_cells(one));
+    for (const auto& [column, cell] : further.back()) columns.insert(column);
   }
   std::vector<formats::CsvRow> rows = {{"case", "status", "exit_code", "tries"}};
   for (const SummaryMeasure& measure : summary_measures())
@@ -142,12 +146,12 @@ std::string csv_of(const std::vector<SummaryCase>& cases) {
                                                              code < 0 ? "" : std::to_string(code),
                                                              std::to_string(one.outcome.tries)});
     for (const SummaryMeasure& measure : summary_measures())
-      row.push_back(cell_of(measure_of(one, measure)));
+      row.push_back(cell_of(value_at(one, measure.pointer)));
     row.insert(row.end(), {one.case_status, one.reason, one.input_sha256, one.version,
                            std::to_string(one.warnings.size())});
     for (const std::string& column : columns) {
       const auto found = further[c].find(column);
-      row.push_back(found == further[c].end() ? "" : cell_of(found->second));
+      row.push_back(found == further[c].end() ? "" : found->second);
     }
   }
   std::string csv;

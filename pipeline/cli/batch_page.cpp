@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <string_view>
 
 #include "formats/html.hpp"
 
@@ -98,10 +100,28 @@ std::string name_cell(const fs::path& folder, const SummaryCase& one) {
                              : "");
 }
 
+std::optional<double> number_at(const SummaryCase& one, const char* pointer) {
+  const json value = value_at(one, pointer);
+  return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
 std::string number_cell(std::optional<double> value, const char* format) {
   if (!value) return "<td data-value=\"\">–</td>";
   return fmt::format("<td data-value=\"{:.17g}\">{}</td>", *value,
                      fmt::format(fmt::runtime(format), *value));
+}
+
+/// A measure, and where the scan does not resolve the throat, what it is at most or at least.
+std::string measure_cell(const SummaryCase& one, const SummaryMeasure& measure) {
+  const std::string_view pointer = measure.pointer;
+  const bool is_mld = pointer == "/lesion/mld_mm";
+  if (is_mld || pointer == "/lesion/diameter_stenosis_percent") {
+    const std::optional<double> bound =
+        number_at(one, is_mld ? "/lesion/resolution_mm" : "/lesion/stenosis_at_least_percent");
+    if (bound && value_at(one, "/lesion/mld_below_resolution") == true)
+      return number_cell(bound, is_mld ? "&lt; {:.4g}" : "≥ {:.4g}");
+  }
+  return number_cell(number_at(one, measure.pointer), "{:.4g}");
 }
 
 std::string row_of(const fs::path& folder, const SummaryCase& one) {
@@ -114,8 +134,7 @@ std::string row_of(const fs::path& folder, const SummaryCase& one) {
       escape_html(class_of(one)), escape_html(status), name_cell(folder, one),
       image(picture_of(folder, one.name, {"tree.png"}), "tree of " + one.name), escape_html(status),
       escape_html(one.reason));
-  for (const SummaryMeasure& measure : summary_measures())
-    row += number_cell(measure_of(one, measure), "{:.4g}");
+  for (const SummaryMeasure& measure : summary_measures()) row += measure_cell(one, measure);
   row += fmt::format("<td data-value=\"{}\" title=\"{}\">{}</td>", one.warnings.size(),
                      escape_html(warnings), one.warnings.size());
   const bool was_run = one.seconds > 0.0;
@@ -160,12 +179,14 @@ std::string status_choices(const std::vector<SummaryCase>& cases) {
 /// A case's name and its value.
 using NamedValue = std::pair<std::string, double>;
 
-/// Of the cases that have the measure, the least first.
+/// Of the cases with a stenosis that have the measure, the least first.
 std::vector<NamedValue> values_of(const std::vector<SummaryCase>& cases,
                                   const SummaryMeasure& measure) {
   std::vector<NamedValue> values;
-  for (const SummaryCase& one : cases)
-    if (const auto value = measure_of(one, measure)) values.emplace_back(one.name, *value);
+  for (const SummaryCase& one : cases) {
+    if (class_of(one) == "doubt") continue;  // a trial beside no stenosis
+    if (const auto value = number_at(one, measure.pointer)) values.emplace_back(one.name, *value);
+  }
   std::stable_sort(values.begin(), values.end(),
                    [](const NamedValue& a, const NamedValue& b) { return a.second < b.second; });
   return values;
@@ -267,16 +288,14 @@ const std::vector<SummaryMeasure>& summary_measures() {
       {"/result/acute_gain_mm", "Acute gain", "mm"},
       {"/result/recoil_percent", "Recoil", "%"},
       {"/simulation/max_penetration_mm", "Penetration", "mm"},
-      {"/flow/ffr_before", "FFR before", ""},
-      {"/flow/ffr_after", "FFR after", ""}};
+      {"/flow/ffr_before", "Pd/Pa before", "FFR of coronaries"},
+      {"/flow/ffr_after", "Pd/Pa after", "FFR of coronaries"}};
   return kMeasures;
 }
 
-std::optional<double> measure_of(const SummaryCase& one, const SummaryMeasure& measure) {
-  const json::json_pointer pointer(measure.pointer);
-  const bool known = one.metrics.is_object() && one.metrics.contains(pointer) &&
-                     one.metrics.at(pointer).is_number();
-  return known ? std::optional(one.metrics.at(pointer).get<double>()) : std::nullopt;
+json value_at(const SummaryCase& one, const char* pointer) {
+  const json::json_pointer place(pointer);
+  return one.metrics.is_object() && one.metrics.contains(place) ? one.metrics.at(place) : json();
 }
 
 std::string spread_figure(const std::vector<SummaryCase>& cases, const SummaryMeasure& measure) {
@@ -317,7 +336,8 @@ std::string summary_page(const fs::path& folder, const std::vector<SummaryCase>&
     if (!figure.empty()) figures += "<figure>" + figure + "</figure>";
   }
   if (!figures.empty())
-    body += "<h2>How the cases are spread</h2><div class=\"figures\">" + figures + "</div>\n";
+    body += "<h2>How the cases with a stenosis and a result are spread</h2><div class=\"figures\">" + figures +
+            "</div>\n";
   return page("Cases", body + fmt::format("<script>{}</script>\n", kScript));
 }
 

@@ -31,8 +31,8 @@ struct SummaryMeasure {
 };
 const std::vector<SummaryMeasure>& summary_measures();
 
-/// Its value; nothing where the case has none.
-std::optional<double> measure_of(const SummaryCase& one, const SummaryMeasure& measure);
+/// What metrics.json has at a pointer; null where the case has none.
+nlohmann::json value_at(const SummaryCase& one, const char* pointer);
 
 /// The summary as a page that needs nothing but itself and the cases' pictures: sorted by a click
 /// on a column's head, filtered by words and status; reasons beside the names, thumbnails, how each
@@ -44,8 +44,8 @@ std::string summary_page(const std::filesystem::path& folder,
 std::string quality_page(const std::filesystem::path& folder,
                          const std::vector<SummaryCase>& cases);
 
-/// How a measure is spread over the cases, as SVG: a histogram, of fewer than eight cases a dot for
-/// each; empty where fewer than two have it.
+/// How a measure is spread over the cases with a stenosis and a result, as SVG: a histogram, of fewer than eight
+/// cases a dot for each; empty where fewer than two have it.
 std::string spread_figure(const std::vector<SummaryCase>& cases, const SummaryMeasure& measure);
 
 }  // namespace angio::pipeline

@@ -142,6 +142,43 @@ TEST(SpreadFigure, OfFewCasesIsADotForEachWithItsName) {
   EXPECT_NEAR(dots["case4"].first, 0.5 * (dots["case1"].first + dots["case3"].first), 0.2);
 }
 
+TEST(SpreadFigure, LeavesOutWhatATrialBalloonDidWhereThereIsNoStenosis) {
+  auto cases = cases_with_recoil({20.0, 20.0, 26.0});
+  cases[2].case_status = "no_lesion";
+  EXPECT_THAT(spread_figure(cases, recoil()), testing::HasSubstr("2 cases, median 20"));
+}
+
+TEST(SummaryTable, HasNumbersWordsAndTruthValuesAsTheyAre) {
+  test::CommandFolder folder;
+  write_text_atomically(folder / "A/metrics.json",
+                        R"({"status": "done", "mesh": {"lumen_triangles": 14488, "volume": 0.125},
+                            "flow": {"vessel": "other", "reason": null},
+                            "lesion": {"mld_below_resolution": true, "mld_mm": 1.2345678},
+                            "simulation": {"device": "a processor", "wall_s": 3.5}})");
+  BatchCase one;
+  one.name = "A";
+  write_summary(folder.path(), folder.path() / "summary.csv", {one}, {{"done", 0, 1, ""}});
+  const std::string table = read_text(folder.path() / "summary.csv");
+  for (const char* cell : {"14488", "0.125", "other", "true", "1.23457", "flow.vessel"})
+    EXPECT_THAT(table, testing::HasSubstr(cell));
+  for (const char* cell : {"a processor", "3.5", "flow.reason"})
+    EXPECT_THAT(table, testing::Not(testing::HasSubstr(cell)));
+}
+
+TEST(SummaryPage, MarksWhatTheScanDoesNotResolve) {
+  test::CommandFolder folder;
+  auto cases = cases_with_recoil({20.0});
+  cases[0].metrics["lesion"] = {{"mld_below_resolution", true},
+                                {"mld_mm", 0.2153},
+                                {"resolution_mm", 0.3},
+                                {"diameter_stenosis_percent", 92.82},
+                                {"stenosis_at_least_percent", 90.0}};
+  const std::string page = summary_page(folder.path(), cases);
+  EXPECT_THAT(page, testing::HasSubstr(">&lt; 0.3<"));
+  EXPECT_THAT(page, testing::HasSubstr(">≥ 90<"));
+  EXPECT_THAT(page, testing::Not(testing::HasSubstr("0.2153")));
+}
+
 TEST(SummaryPage, HoldsWhatPeopleAndFilesSayAsText) {
   test::CommandFolder folder;
   auto cases = cases_with_recoil({20.0, 21.0});
