@@ -253,31 +253,40 @@ std::vector<Roughness> roughness_over(const std::vector<FieldCell>& cells, doubl
   return rough;
 }
 
-/// Where spreads are read from: over a diameter, which tells of every vessel; or also over two,
-/// which shows the waves of a long vessel that a diameter takes for taper.
-enum class Waves { are_taper, are_scatter };
-
-/// How much healthy diameters scatter around a cell, by second differences, which no single lesion
-/// changes in a vessel most of which is healthy.
-void set_spreads(FieldBranch& branch, double voxel, Waves waves) {
-  constexpr double kLag = 1.0, kLongLag = 2.0, kReach = 8.0;
-  constexpr double kLong = 9.0;  // vessel seen, or a lesion is most of what a long lag sees
-  const std::vector<Roughness> over_lag = roughness_over(branch.cells, kLag);
-  const std::vector<Roughness> over_long_lag = roughness_over(branch.cells, kLongLag);
-  for (FieldCell& cell : branch.cells) {
-    const auto near = [&](const std::vector<Roughness>& rough) {
-      std::vector<double> magnitudes;
-      for (const Roughness& r : rough)
-        if (std::abs(r.position - cell.position) <= kReach) magnitudes.push_back(r.magnitude);
-      return magnitudes;
-    };
-    double spread = deviation_of(near(over_lag));
-    std::vector<double> slow = near(over_long_lag);
-    if (waves == Waves::are_scatter && kCell * double(slow.size()) >= kLong)
-      spread = std::max(spread, deviation_of(std::move(slow)));
-    cell.spread = std::max(std::clamp(spread, kLeastSpread, kMostSpread),
-                           kVoxelError * voxel / std::exp(cell.log_diameter));
+/// The standard deviation of errors that second differences over a lag show near each cell; 0 where
+/// those cover less than some diameters.
+std::vector<double> deviations_over(const std::vector<FieldCell>& cells, double lag,
+                                    double least_covered) {
+  constexpr double kReach = 8.0;
+  const std::vector<Roughness> rough = roughness_over(cells, lag);
+  std::vector<double> deviations;
+  for (const FieldCell& cell : cells) {
+    std::vector<double> near;
+    for (const auto& [position, magnitude] : rough)
+      if (std::abs(position - cell.position) <= kReach) near.push_back(magnitude);
+    const bool is_covered = kCell * double(near.size()) >= least_covered;
+    deviations.push_back(is_covered ? deviation_of(std::move(near)) : 0.0);
   }
+  return deviations;
+}
+
+/// How much healthy diameters scatter around a cell: over a diameter, which no taper changes, nor a
+/// single lesion in a vessel most of which is healthy.
+void set_spreads(std::vector<FieldCell>& cells, double voxel) {
+  constexpr double kLag = 1.0;
+  const std::vector<double> deviations = deviations_over(cells, kLag, 0.0);
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    cells[c].spread = std::max(std::clamp(deviations[c], kLeastSpread, kMostSpread),
+                               kVoxelError * voxel / std::exp(cells[c].log_diameter));
+}
+
+/// Raises the spreads in a long vessel that waves: over a diameter slow waves look like taper. In a
+/// short one, most of what a longer lag sees may be a lesion.
+void add_waves(std::vector<FieldCell>& cells) {
+  constexpr double kLag = 2.0, kLong = 9.0;  // diameters
+  const std::vector<double> deviations = deviations_over(cells, kLag, kLong);
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    cells[c].spread = std::max(cells[c].spread, std::min(deviations[c], kMostSpread));
 }
 
 ReferenceDiameter measure(const CenterlinePath& path) {
@@ -304,11 +313,11 @@ double greatest_own_width(const FieldBranch& field) {
 }
 
 /// Finds the field that explains the cells, and ln of the healthy diameter at each of them.
-std::vector<std::vector<double>> explain(TreeReference& tree, double voxel_mm) {
+std::vector<std::vector<double>> explain(TreeReference& tree) {
   tree.field = HealthyField(tree.field_branches);
   std::vector<FieldBranch> branches;
   for (const FieldBranch& branch : tree.field_branches) branches.push_back(without_throats(branch));
-  for (FieldBranch& branch : branches) set_spreads(branch, voxel_mm, Waves::are_scatter);
+  for (FieldBranch& branch : branches) add_waves(branch.cells);
   const HealthyField healthy(branches);
   std::vector<std::vector<double>> lines;
   for (std::size_t b = 0; b < tree.field_branches.size(); ++b) {
@@ -390,11 +399,11 @@ TreeReference find_reference(const CenterlineTree& tree, double voxel_mm) {
     const auto p = std::size_t(branch.path);
     result.field_branches.push_back(
         cut_into_cells(tree.paths[p], branch, units[p], result.paths[p]));
-    set_spreads(result.field_branches.back(), voxel_mm, Waves::are_taper);
+    set_spreads(result.field_branches.back().cells, voxel_mm);
     set_sides(result.field_branches.back().cells);
     leave_out_thread(result.field_branches.back());
   }
-  const std::vector<std::vector<double>> lines = explain(result, voxel_mm);
+  const std::vector<std::vector<double>> lines = explain(result);
   for (std::size_t b = 0; b < result.branches.size(); ++b) {
     const auto p = std::size_t(result.branches[b].path);
     fill_branch(result, b, lines[b], units[p], tree, result.paths[p]);
