@@ -379,7 +379,8 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   const Progress rest = part(progress, options.gating == Gating::off ? 0.0 : 0.1, 1.0);
   const RotationalRun& taken = gate.quality.is_gated ? gated.run() : run;
   check_views(taken.frames);  // a narrow phase may leave few
-  const std::array doubts{gate.warning, doubt_of_relation(run), doubt_of_filling(run)};
+  std::vector<std::string> doubts{gate.warning, doubt_of_relation(run), doubt_of_scale(run, air),
+                                  doubt_of_filling(run)};
   ReconstructionOptions settled = options;
   settled.method = method_for(options, fit_orbit(taken.frames));
   Reconstruction result = reconstruct_anywhere(taken, air, settled, gate.quality.is_gated, rest);
@@ -387,6 +388,8 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   result.quality.gating = gate.quality;
   const std::vector<std::string> warnings = warnings_of(run, result.quality);
   result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
+  if (!gate.quality.is_gated)
+    doubts.push_back(doubt_of_filling(run, air, result.frames, result.volume));
   for (const std::string& doubt : doubts)
     if (!doubt.empty()) result.warnings.push_back(doubt);
   std::vector<angiogram::ConeBeamFrame> frames = run.frames;

@@ -93,10 +93,11 @@ struct ProjectionRun {
   /// turn, numbered from 1; a pixel is open if it lies within all.
   std::vector<std::vector<double>> open_shapes;
   bool burned_in_text = false;
-  std::string positioner_motion;     ///< "STATIC" or "DYNAMIC"; empty: not stated
-  std::string pixel_relation;        ///< to the beam's intensity: "LIN", "LOG", "DISP"; empty
-  bool has_contrast_medium = false;  ///< one is named
-  double table_travel_mm = 0.0;      ///< from the first frame to the farthest
+  std::string positioner_motion;  ///< "STATIC" or "DYNAMIC"; empty: not stated
+  std::string pixel_relation;     ///< to the beam's intensity: "LIN", "LOG", "DISP"; empty
+  bool is_inverted = false;  ///< less beam has a higher value in the file (Relationship Sign -1)
+  bool has_contrast_medium = false;                     ///< one is named
+  double table_travel_mm = 0.0;                         ///< from the first frame to the farthest
   std::array<double, 2> detector_spacing_mm{0.0, 0.0};  ///< between columns, rows; 0: not stated
   /// How the picture was turned, clockwise, and then mirrored, since the detector had it.
   double picture_turn_degrees = 0.0;

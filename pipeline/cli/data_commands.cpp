@@ -49,6 +49,7 @@ nlohmann::json to_json(const segmentation::ProjectionRun& run) {
                          {"burned_in_text", run.burned_in_text},
                          {"positioner_motion", run.positioner_motion},
                          {"pixel_relation", run.pixel_relation},
+                         {"pixels_inverted", run.is_inverted},
                          {"has_contrast_medium", run.has_contrast_medium},
                          {"table_travel_mm", run.table_travel_mm},
                          {"notes", run.notes}};

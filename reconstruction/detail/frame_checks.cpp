@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/statistics.hpp"
+#include "reconstruction/detail/box_sum.hpp"
 #include "reconstruction/detail/line_integrals.hpp"
 
 namespace angio::reconstruction::detail {
@@ -67,6 +68,84 @@ double noise_ratio(std::vector<std::pair<double, double>> blocks) {
   return is_told ? of_bright / of_dark : 0.0;
 }
 
+constexpr int kAtATime = 8, kFrames = 3 * kAtATime;  // that tell of the filling
+constexpr double kAroundMm = 5.0;
+
+/// What a course of the contrast medium over the frames tells: whether less than a share of what
+/// the middle frames show is left at an end.
+std::string doubt_of_course(const std::vector<double>& course, double least) {
+  // A median of three tells a frame from its noise.
+  std::vector<double> smooth;
+  for (std::size_t n = 1; n + 1 < course.size(); ++n)
+    smooth.push_back(median(std::vector{course[n - 1], course[n], course[n + 1]}));
+  const double full = median(std::vector<double>{smooth.begin() + std::ptrdiff_t(smooth.size() / 4),
+                                                 smooth.end() - std::ptrdiff_t(smooth.size() / 4)});
+  if (!(full > 0.0) || std::min(smooth.front(), smooth.back()) > least * full) return {};
+  const bool comes = smooth.front() < smooth.back();
+  return fmt::format(
+      "the contrast medium {} during the run (its {} frames hold {:.0f} % of the middle's): what "
+      "is "
+      "{} looks narrower than it is. Inject earlier and longer, or leave those frames out",
+      comes ? "comes in" : "leaves", comes ? "first" : "last",
+      100.0 * std::max(0.0, std::min(smooth.front(), smooth.back()) / full),
+      comes ? "filled late" : "washed out");
+}
+
+/// The places of some slices of a volume that are the most above the mean of the square around.
+std::vector<Vec3> bright_places(const Volume<float>& volume) {
+  constexpr double kShare = 1e-3;
+  constexpr int kSlices = 64;
+  const int columns = volume.geometry.size[0], rows = volume.geometry.size[1];
+  const int half = std::max(1, int(std::lround(kAroundMm / volume.geometry.spacing.x)));
+  const std::size_t area = std::size_t(columns) * std::size_t(rows);
+  std::vector<double> sums(area), counts(area, 1.0), room;
+  box_sum(counts, columns, rows, half, room);
+  std::vector<std::pair<float, Vec3>> above;
+  const int step = std::max(1, volume.geometry.size[2] / kSlices);
+  for (int k = 0; k < volume.geometry.size[2]; k += step) {
+    const float* slice = volume.values.data() + volume.geometry.offset(0, 0, k);
+    std::copy_n(slice, area, sums.begin());
+    box_sum(sums, columns, rows, half, room);
+    for (std::size_t i = 0; i < area; ++i) {
+      const auto column = double(i % std::size_t(columns)), row = double(i / std::size_t(columns));
+      const double excess = double(slice[i]) - sums[i] / counts[i];
+      if (excess > 0.0)
+        above.emplace_back(float(excess), volume.geometry.lps_from_index({column, row, double(k)}));
+    }
+  }
+  const auto kept = std::ptrdiff_t(kShare * double(above.size()));
+  std::nth_element(above.begin(), above.begin() + kept, above.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Vec3> places;
+  for (auto at = above.begin(); at != above.begin() + kept; ++at) places.push_back(at->second);
+  return places;
+}
+
+/// The mean of a frame's line integrals where it sees places, above those of the square around.
+double mean_above_surroundings(const std::vector<float>& integrals,
+                               const angiogram::ConeBeamFrame& frame,
+                               const std::vector<Vec3>& places) {
+  const angiogram::ConeBeamView view(frame);
+  const double pixel_mm = norm(frame.column_step) * view.see(places.front()).depth;
+  const int half = std::max(1, int(std::lround(kAroundMm / pixel_mm)));
+  std::vector<double> sums(integrals.begin(), integrals.end()), room;
+  box_sum(sums, frame.columns, frame.rows, half, room);
+  const double count = (2.0 * half + 1.0) * (2.0 * half + 1.0);
+  double sum = 0.0;
+  int seen = 0;
+  for (const Vec3& place : places) {
+    const angiogram::SeenPoint at = view.see(place);
+    const auto column = std::ptrdiff_t(std::lround(at.column)),
+               row = std::ptrdiff_t(std::lround(at.row));
+    if (column < half || row < half || column + half >= frame.columns || row + half >= frame.rows)
+      continue;
+    const auto i = std::size_t(row * frame.columns + column);
+    sum += double(integrals[i]) - sums[i] / count;
+    ++seen;
+  }
+  return seen > 0 ? sum / seen : 0.0;
+}
+
 }  // namespace
 
 std::string doubt_of_relation(const RotationalRun& run) {
@@ -88,8 +167,21 @@ std::string doubt_of_relation(const RotationalRun& run) {
       is_logarithmic ? "linear" : "logarithmic or inverted");
 }
 
+std::string doubt_of_scale(const RotationalRun& run, double air) {
+  constexpr int kFrames = 6;
+  constexpr double kMost = 16.0;
+  if (run.relation != PixelRelation::logarithmic || run.masks) return {};
+  const std::vector<float> pixels = run.pictures->read_some(spread_frames(run, kFrames));
+  const double most = air - double(*std::min_element(pixels.begin(), pixels.end()));
+  if (most < kMost) return {};
+  return fmt::format(
+      "the pixels are logarithmic (LOG), but with line integrals of up to {:.3g} no beam would be "
+      "left: what they were multiplied by is not stated (Rescale Slope). Attenuation is not to "
+      "scale; places and widths are",
+      most);
+}
+
 std::string doubt_of_filling(const RotationalRun& run) {
-  constexpr int kAtATime = 8, kFrames = 3 * kAtATime;
   constexpr double kFull = 0.65;  // a vessel 100 mm beside the axis looks larger by a quarter
   if (!run.masks || int(run.frames.size()) < kFrames) return {};
   std::vector<double> sums;
@@ -102,21 +194,22 @@ std::string doubt_of_filling(const RotationalRun& run) {
     for (auto at = integrals.begin(); at != integrals.end(); at += std::ptrdiff_t(pixels))
       sums.push_back(std::accumulate(at, at + std::ptrdiff_t(pixels), 0.0));
   }
-  // A median of three tells a frame from its noise.
-  std::vector<double> smooth;
-  for (std::size_t n = 1; n + 1 < sums.size(); ++n)
-    smooth.push_back(median(std::vector{sums[n - 1], sums[n], sums[n + 1]}));
-  const double full = median(std::vector<double>{smooth.begin() + std::ptrdiff_t(smooth.size() / 4),
-                                                 smooth.end() - std::ptrdiff_t(smooth.size() / 4)});
-  if (!(full > 0.0) || std::min(smooth.front(), smooth.back()) > kFull * full) return {};
-  const bool comes = smooth.front() < smooth.back();
-  return fmt::format(
-      "the contrast medium {} during the run (its {} frames hold {:.0f} % of the middle's): what "
-      "is "
-      "{} looks narrower than it is. Inject earlier and longer, or leave those frames out",
-      comes ? "comes in" : "leaves", comes ? "first" : "last",
-      100.0 * std::max(0.0, std::min(smooth.front(), smooth.back()) / full),
-      comes ? "filled late" : "washed out");
+  return doubt_of_course(sums, kFull);
+}
+
+std::string doubt_of_filling(const RotationalRun& run, double air,
+                             const std::vector<angiogram::ConeBeamFrame>& frames,
+                             const Volume<float>& volume) {
+  constexpr double kFull = 0.5;  // turned and overlapping vessels look a third brighter or darker
+  if (run.masks || int(run.frames.size()) < kFrames) return {};
+  const std::vector<Vec3> places = bright_places(volume);
+  if (places.empty()) return {};
+  std::vector<double> courses;
+  for (const int f : spread_frames(run, kFrames)) {
+    const std::vector<float> integrals = read_line_integrals(run, std::vector<int>{f}, air);
+    courses.push_back(mean_above_surroundings(integrals, frames[std::size_t(f)], places));
+  }
+  return doubt_of_course(courses, kFull);
 }
 
 }  // namespace angio::reconstruction::detail

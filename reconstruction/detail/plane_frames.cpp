@@ -30,6 +30,18 @@ std::array<PlanePoint, 4> corners(const ConeBeamFrame& frame, const Orbit& orbit
           on_plane(frame, orbit, index, 0, r), on_plane(frame, orbit, index, c, r)};
 }
 
+/// What a frame sees whole along a coordinate of its plane, whichever way the picture is turned:
+/// between the inner two corners.
+SeenRange seen_range(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
+                     double PlanePoint::*coordinate) {
+  std::array<double, 4> along{};
+  const auto met = corners(frame, orbit, index);
+  std::transform(met.begin(), met.end(), along.begin(),
+                 [&](const PlanePoint& corner) { return corner.*coordinate; });
+  std::sort(along.begin(), along.end());
+  return {along[1], along[2]};
+}
+
 }  // namespace
 
 PlaneGrid plane_grid(const std::vector<ConeBeamFrame>& frames, const Orbit& orbit) {
@@ -70,17 +82,12 @@ PlaneFrame place_on_plane(const ConeBeamFrame& frame, const Orbit& orbit, std::s
 }
 
 double seen_half_width(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index) {
-  const auto c = corners(frame, orbit, index);
-  const bool turned = c[0].u > c[1].u;
-  const double low = turned ? std::max(c[1].u, c[3].u) : std::max(c[0].u, c[2].u);
-  const double high = turned ? std::min(c[0].u, c[2].u) : std::min(c[1].u, c[3].u);
-  return std::min(-low, high);
+  const SeenRange across = seen_range(frame, orbit, index, &PlanePoint::u);
+  return std::min(-across.low, across.high);
 }
 
-SeenHeight seen_height(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index) {
-  const auto c = corners(frame, orbit, index);
-  return c[0].v < c[2].v ? SeenHeight{std::max(c[0].v, c[1].v), std::min(c[2].v, c[3].v)}
-                         : SeenHeight{std::max(c[2].v, c[3].v), std::min(c[0].v, c[1].v)};
+SeenRange seen_height(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index) {
+  return seen_range(frame, orbit, index, &PlanePoint::v);
 }
 
 std::vector<double> across_mm(const PlaneFrame& place, const PlaneGrid& grid) {

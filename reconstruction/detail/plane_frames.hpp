@@ -28,11 +28,10 @@ PlaneFrame place_on_plane(const angiogram::ConeBeamFrame& frame, const Orbit& or
 double seen_half_width(const angiogram::ConeBeamFrame& frame, const Orbit& orbit,
                        std::size_t index);
 /// The same along v, up and down.
-struct SeenHeight {
+struct SeenRange {
   double low = 0.0, high = 0.0;
 };
-SeenHeight seen_height(const angiogram::ConeBeamFrame& frame, const Orbit& orbit,
-                       std::size_t index);
+SeenRange seen_height(const angiogram::ConeBeamFrame& frame, const Orbit& orbit, std::size_t index);
 
 /// u of a frame's samples [mm], shape [u_count].
 std::vector<double> across_mm(const PlaneFrame& place, const PlaneGrid& grid);

@@ -13,7 +13,7 @@ Field common_field(const std::vector<angiogram::ConeBeamFrame>& frames, const Or
   for (std::size_t f = 0; f < frames.size(); ++f) {
     const double half = seen_half_width(frames[f], orbit, f), away = orbit.radius[f];
     field.radius = std::min(field.radius, half * away / std::hypot(half, away));
-    const SeenHeight seen = seen_height(frames[f], orbit, f);
+    const SeenRange seen = seen_height(frames[f], orbit, f);
     field.low = std::max(field.low, seen.low);
     field.high = std::min(field.high, seen.high);
   }

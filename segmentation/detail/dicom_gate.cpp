@@ -42,6 +42,7 @@ void cross_run(Run& run, const Side& side) {
   side(run.burned_in_text);
   side(run.positioner_motion);
   side(run.pixel_relation);
+  side(run.is_inverted);
   side(run.has_contrast_medium);
   side(run.table_travel_mm);
   side(run.detector_spacing_mm);

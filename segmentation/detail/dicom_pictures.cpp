@@ -12,9 +12,10 @@ namespace angio::segmentation::detail {
 
 DicomPictures::DicomPictures(DicomHeader header) : headers_{std::move(header)} {
   DicomPixels& pixels = headers_.front().pixels;
-  pixels.is_monochrome1 = false;  // that is how to show it, not what it is
-  if (headers_.front().projection)
-    open_ = open_pixels(headers_.front().projection->open_shapes, pixels.columns, pixels.rows);
+  const auto& run = headers_.front().projection;
+  // MONOCHROME1 is how to show the pixels; what they are says the sign.
+  pixels.is_monochrome1 = run && run->is_inverted;
+  if (run) open_ = open_pixels(run->open_shapes, pixels.columns, pixels.rows);
 }
 
 void DicomPictures::read_into(int first, int count, float* pixels) const {

@@ -18,6 +18,12 @@ std::optional<double> deep_number(DcmItem& item, const DcmTagKey& tag, unsigned 
   return number(item, tag, place, true);
 }
 
+/// A text anywhere in an object.
+std::string deep_text(DcmItem& item, const DcmTagKey& tag) {
+  OFString value;
+  return item.findAndGetOFString(tag, value, 0, OFTrue).good() ? value.c_str() : "";
+}
+
 /// base + increment per frame; one angle if the object has no increments.
 std::vector<double> angles_by_increments(DcmDataset& dataset, const DcmTagKey& base_tag,
                                          const DcmTagKey& increment_tag, ProjectionRun& run,
@@ -266,7 +272,7 @@ void parse_detector(DcmDataset& dataset, ProjectionRun& run) {
         "picture makes it " +
         format_number(run.detector_spacing_mm[0]) + " mm");
   run.picture_turn_degrees = deep_number(dataset, DCM_FieldOfViewRotation).value_or(0.0);
-  run.picture_is_mirrored = text(dataset, DCM_FieldOfViewHorizontalFlip) == "YES";
+  run.picture_is_mirrored = deep_text(dataset, DCM_FieldOfViewHorizontalFlip) == "YES";
   const auto element = spacing_by(dataset, DCM_DetectorElementSpacing);
   const auto active = spacing_by(dataset, DCM_DetectorActiveDimensions);  // rows first, in mm
   const auto row = deep_number(dataset, DCM_FieldOfViewOrigin, 0);
@@ -293,7 +299,8 @@ ProjectionRun parse_projection_run(DcmDataset& dataset, int frame_count) {
   parse_table(dataset, run);
   parse_detector(dataset, run);
   run.positioner_motion = text(dataset, DCM_PositionerMotion);
-  run.pixel_relation = text(dataset, DCM_PixelIntensityRelationship);
+  run.pixel_relation = deep_text(dataset, DCM_PixelIntensityRelationship);
+  run.is_inverted = deep_number(dataset, DCM_PixelIntensityRelationshipSign).value_or(1.0) < 0.0;
   run.has_contrast_medium = !text(dataset, DCM_ContrastBolusAgent).empty();
   run.burned_in_text = text(dataset, DCM_BurnedInAnnotation) == "YES";
   return run;

@@ -87,6 +87,54 @@ TEST(FrameChecks, ContrastThatComesLateIsSeenInTheSumsOfFrames) {
   EXPECT_THAT(doubt(0.5), HasSubstr("contrast medium comes in"));
 }
 
+/// Frames of one run, and from some frame on those of another.
+class OneThenTheOther : public FrameReader {
+ public:
+  OneThenTheOther(const FrameReader& one, const FrameReader& other, int from)
+      : one_(one), other_(other), from_(from) {}
+  [[nodiscard]] std::vector<float> read(int first, int count) const override {
+    std::vector<float> pixels;
+    for (int f = first; f < first + count; ++f) {
+      const std::vector<float> frame = (f < from_ ? one_ : other_).read(f, 1);
+      pixels.insert(pixels.end(), frame.begin(), frame.end());
+    }
+    return pixels;
+  }
+
+ private:
+  const FrameReader &one_, &other_;
+  int from_;
+};
+
+TEST(FrameChecks, ContrastThatComesLateIsSeenWhereTheVolumesVesselsAre) {
+  const std::vector<tests::Ball> body = {{{0.0, 0.0, 0.0}, 14.0, 0.02}};
+  std::vector<tests::Ball> filled = body;
+  for (int n = 0; n < 8; ++n)
+    filled.push_back({{3.0 * std::cos(n), 8.0 * std::sin(n), 1.5 * n - 5.0}, 1.5, 0.1});
+  const auto frames = turn(60, -100.0, 100.0);
+  const tests::PicturesOfBalls empty(frames, body), full(frames, filled);
+  const auto warnings = [&](int filled_from) {
+    const OneThenTheOther pictures(empty, full, filled_from);
+    RotationalRun run;
+    run.frames = frames;
+    run.pictures = &pictures;
+    return reconstruct_volume(run, {}).warnings;
+  };
+  EXPECT_THAT(warnings(0), testing::Not(testing::Contains(HasSubstr("contrast medium"))));
+  EXPECT_THAT(warnings(20), testing::Contains(HasSubstr("contrast medium comes in")));
+}
+
+TEST(FrameChecks, LogarithmsOfNoStatedUnitAreToldOf) {
+  const auto doubt = [](double unit) {
+    const MadePictures pictures(
+        kColumns, kRows, [=](int, int c, int, double) { return unit * std::log(photons(c, 0.0)); });
+    return doubt_of_scale(run_of(pictures, PixelRelation::logarithmic),
+                          unit * std::log(photons(0, 0.0)));
+  };
+  EXPECT_THAT(doubt(1.0), IsEmpty());
+  EXPECT_THAT(doubt(4000.0), HasSubstr("not to scale"));
+}
+
 TEST(FrameChecks, AFewFramesMakeNoVolume) {
   const MadePictures pictures(kColumns, kRows,
                               [](int, int c, int, double n) { return photons(c, n); });

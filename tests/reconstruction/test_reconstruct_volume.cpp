@@ -85,6 +85,31 @@ TEST(ReconstructVolume, TakesADetectorThatIsShiftedAndTurned) {
   expect_balls(reconstruct(frames), 0.015);
 }
 
+/// The same frame with its picture turned by a quarter.
+angiogram::ConeBeamFrame turned_by_a_quarter(const angiogram::ConeBeamFrame& frame) {
+  return {frame.source,
+          frame.place(0, frame.rows - 1),
+          -1.0 * frame.row_step,
+          frame.column_step,
+          frame.rows,
+          frame.columns};
+}
+
+TEST(ReconstructVolume, TakesPicturesThatAreTurnedByQuarters) {
+  auto frames = turn(180, -100.0, 100.0);
+  for (int quarter = 1; quarter < 4; ++quarter) {
+    for (auto& frame : frames) frame = turned_by_a_quarter(frame);
+    expect_balls(reconstruct(frames), 0.01);
+  }
+}
+
+TEST(ReconstructVolume, TakesATurnAboutTheAxisFromLeftToRight) {
+  auto frames = turn(180, 0.0, 0.0);
+  for (std::size_t f = 0; f < frames.size(); ++f)
+    frames[f] = turn(2, 0.0, 0.0, 96, 64, -100.0 + 200.0 * double(f) / 179.0).front();
+  expect_balls(reconstruct(frames), 0.02);
+}
+
 TEST(ReconstructVolume, WithMasksLeavesOutWhatIsInBoth) {
   const auto frames = turn(180, -100.0, 100.0);
   const std::vector<Ball> both = {{{8.0, 8.0, 0.0}, 4.0, 0.05}};

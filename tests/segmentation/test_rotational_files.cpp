@@ -70,6 +70,29 @@ TEST_F(RotationalFiles, AreTakenWithTheirAnglesAndDistances) {
   EXPECT_EQ(loaded->pictures->read(1, 2).size(), 2u * kRows * 5u);
 }
 
+TEST_F(RotationalFiles, WithASignOfMinusOneAreInvertedHoweverTheyAreShown) {
+  const auto pixels = [&](const char* name, const std::function<void(DcmDataset&)>& change) {
+    write_slice(file(name), run_object(change));
+    const auto loaded = read_run(file(name), {});
+    return loaded ? loaded->pictures->read(0, 1) : std::vector<float>();
+  };
+  const auto sign = [](int value) {
+    return [=](DcmDataset& d) {
+      d.putAndInsertSint16(DCM_PixelIntensityRelationshipSign, Sint16(value));
+    };
+  };
+  const std::vector<float> as_stored = pixels("plain", [](DcmDataset&) {});
+  EXPECT_EQ(pixels("plus", sign(1)), as_stored);
+  EXPECT_EQ(
+      pixels("shown", [](DcmDataset& d) { put(d, DCM_PhotometricInterpretation, "MONOCHROME1"); }),
+      as_stored);
+  const std::vector<float> inverted = pixels("minus", sign(-1));
+  ASSERT_EQ(inverted.size(), as_stored.size());
+  for (std::size_t p = 0; p < inverted.size(); ++p)
+    EXPECT_EQ(inverted[p] + as_stored[p], inverted[0] + as_stored[0]);
+  EXPECT_NE(inverted, as_stored);
+}
+
 TEST_F(RotationalFiles, ThatCannotGiveAVolumeAreRefusedWithTheReason) {
   EXPECT_THAT(refusal_of([](DcmDataset& d) { put(d, DCM_PositionerMotion, "STATIC"); }),
               HasSubstr("its header contradicts itself"));
