@@ -58,6 +58,18 @@ RunQuality judge(bool has_masks, const Orbit& orbit, const PlaneGrid& plane, con
   return quality;
 }
 
+std::string doubt_of_arc(const RunQuality& quality) {
+  constexpr double kMostShort = 20.0;
+  if (quality.method == Method::few_views ||
+      quality.arc_degrees > quality.shortest_arc_degrees - kMostShort)
+    return {};
+  return fmt::format(
+      "the run turns by {:.0f} of the {:.0f} degrees that its field needs: widths are wrong along "
+      "the direction that is missing, and streaks may be taken for vessels. Give a run of a longer "
+      "arc",
+      quality.arc_degrees, quality.shortest_arc_degrees);
+}
+
 constexpr double kPoorPixels = 1.5;  ///< vessels of so few pixels have other diameters then
 
 std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality& quality) {
@@ -386,6 +398,7 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   Reconstruction result = reconstruct_anywhere(taken, air, settled, gate.quality.is_gated, rest);
   result.quality.unattenuated = run.masks ? 0.0 : air;
   result.quality.gating = gate.quality;
+  result.doubt = doubt_of_arc(result.quality);
   const std::vector<std::string> warnings = warnings_of(run, result.quality);
   result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
   if (!gate.quality.is_gated)

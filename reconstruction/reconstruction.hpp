@@ -167,6 +167,10 @@ struct Reconstruction {
   std::string backend;  ///< "cpu" or "cuda"
   std::string device;   ///< the GPU's name; empty on the CPU
   GpuSeconds gpu;       ///< of the last pass
+  /// Why vessels and their widths are not determined: the arc is over 20 degrees too short. Empty:
+  /// they are. In phantoms a stenosis of 60 % is read 2 to 4 points off 15 degrees short, 10 points
+  /// 30 short, 26 points 50 short, where there are false vessels, too.
+  std::string doubt;
   std::vector<std::string> warnings;
 };
 

@@ -20,8 +20,8 @@ const StageRecord* record_of(const RunRecord& record, Stage stage) {
   return found == record.stages.end() ? nullptr : &found->second;
 }
 
-/// Why nobody can tell whether the vessels are there: of views of a C-arm that stood still. Empty
-/// of everything else.
+/// Why nobody can tell whether the vessels are there: of too short a turn, or of views of a C-arm
+/// that stood still. Empty of everything else.
 std::string doubt_of_vessels(const StageFiles& files, const RunRecord& record) {
   if (!record.is(Stage::reconstruction, "done") || !files.exists(kQuality)) return {};
   const nlohmann::json quality = read_json(files.path(kQuality));

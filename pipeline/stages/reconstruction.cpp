@@ -92,6 +92,7 @@ nlohmann::json to_json(const reconstruction::Reconstruction& result) {
           {"given_residual_pixels", number(q.given_residual_pixels)},
           {"residual_pixels", number(q.residual_pixels)},
           {"calibration_passes", q.calibration_passes},
+          {"doubt", result.doubt.empty() ? nlohmann::json() : nlohmann::json(result.doubt)},
           {"backend", result.backend},
           {"device", result.device.empty() ? nlohmann::json() : nlohmann::json(result.device)}};
 }

@@ -141,6 +141,8 @@ TEST(ReconstructVolume, OfFewDegreesSaysWhatIsMissing) {
   const Reconstruction result = reconstruct(turn(90, 0.0, 120.0));
   ASSERT_FALSE(result.warnings.empty());
   EXPECT_THAT(result.warnings.front(), HasSubstr("121 degrees"));
+  EXPECT_THAT(result.doubt, HasSubstr("121 of the"));
+  EXPECT_TRUE(reconstruct(turn(120, -85.0, 85.0)).doubt.empty());
 }
 
 TEST(ReconstructVolume, RefusesFramesOfAir) {
