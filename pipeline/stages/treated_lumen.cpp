@@ -128,6 +128,7 @@ void TreatedLumen::find_mistaken() {
     if (cut && cut->area > kMostOfTube * seen.section_area[i]) branches.insert(s);
     const bool is_cut = cut && !branches.contains(s) && !tells(seen, i, *cut);
     if (is_cut) cut_.insert(s);
+    if (cut && !is_cut && !branches.contains(s)) told_.insert(s);
     const double area = is_cut ? cut->area : seen.section_area[i];
     if (std::sqrt(area / units::kPi) > radii[i] + most) mistaken_.insert(s);
   }
@@ -169,20 +170,40 @@ bool TreatedLumen::tells(const centerline::LumenProfile& seen, std::size_t i, co
 
 centerline::LumenProfile TreatedLumen::with_cuts(const centerline::LumenProfile& seen,
                                                  const CenterlinePath& path,
-                                                 const std::vector<Vec3>& lumen) const {
-  std::vector<std::optional<Cut>> cuts(seen.abscissa.size());
-  parallel_for_uneven(std::ptrdiff_t(cuts.size()), [&](std::ptrdiff_t i) {
-    const double s = seen.abscissa[std::size_t(i)];
-    if (cut_.contains(s)) cuts[std::size_t(i)] = cut_at(path, lumen, s);
+                                                 const std::vector<Vec3>& lumen,
+                                                 std::pair<double, double> between) const {
+  std::set<double> places(seen.abscissa.begin(), seen.abscissa.end());
+  for (const auto* known : {&told_, &cut_})
+    for (auto at = known->lower_bound(between.first); at != known->upper_bound(between.second);
+         ++at)
+      if (!mistaken_.contains(*at)) places.insert(*at);
+  struct Place {
+    double abscissa;
+    std::optional<std::size_t> seen;
+    std::optional<Cut> cut;
+  };
+  std::vector<Place> all;
+  for (const double s : places) {
+    const auto at = std::lower_bound(seen.abscissa.begin(), seen.abscissa.end(), s);
+    const bool is_seen = at != seen.abscissa.end() && *at == s;
+    all.push_back({s,
+                   is_seen ? std::optional(std::size_t(at - seen.abscissa.begin())) : std::nullopt,
+                   std::nullopt});
+  }
+  parallel_for_uneven(std::ptrdiff_t(all.size()), [&](std::ptrdiff_t i) {
+    Place& place = all[std::size_t(i)];
+    if (cut_.contains(place.abscissa) || told_.contains(place.abscissa))
+      place.cut = cut_at(path, lumen, place.abscissa);
   });
   centerline::LumenProfile profile;
-  for (std::size_t i = 0; i < cuts.size(); ++i) {
-    const bool is_cut = cut_.contains(seen.abscissa[i]);
-    if (is_cut && !cuts[i]) continue;
-    profile.abscissa.push_back(seen.abscissa[i]);
-    profile.section_area.push_back(is_cut ? cuts[i]->area : seen.section_area[i]);
-    profile.inscribed_radius.push_back(is_cut ? cuts[i]->inscribed_radius
-                                              : seen.inscribed_radius[i]);
+  for (const Place& place : all) {
+    const bool tube_tells = place.seen && !cut_.contains(place.abscissa) &&
+                            (!place.cut || tells(seen, *place.seen, *place.cut));
+    if (!tube_tells && !place.cut) continue;
+    profile.abscissa.push_back(place.abscissa);
+    profile.section_area.push_back(tube_tells ? seen.section_area[*place.seen] : place.cut->area);
+    profile.inscribed_radius.push_back(tube_tells ? seen.inscribed_radius[*place.seen]
+                                                  : place.cut->inscribed_radius);
   }
   return profile;
 }
@@ -190,8 +211,8 @@ centerline::LumenProfile TreatedLumen::with_cuts(const centerline::LumenProfile&
 void TreatedLumen::measure_single_place_in(const centerline::LumenProfile& seen) {
   const auto away = [&](double s) { return std::abs(s - spans_.lesion_first); };
   std::optional<double> nearest;
-  const centerline::LumenProfile left =
-      centerline::without_disproved(with_cuts(without_mistaken(seen), path_, lumen_.vertices));
+  const centerline::LumenProfile left = centerline::without_disproved(with_cuts(
+      without_mistaken(seen), path_, lumen_.vertices, {spans_.segment_first, spans_.segment_last}));
   for (const double s : left.abscissa)
     if (!nearest || away(s) < away(*nearest)) nearest = s;
   if (nearest) spans_.lesion_first = spans_.lesion_last = *nearest;
@@ -249,12 +270,13 @@ std::vector<Vec3> TreatedLumen::points(const std::vector<Vec3>& lumen) const {
 
 centerline::LumenProfile TreatedLumen::profile_of(const std::vector<Vec3>& wall,
                                                   const std::vector<Vec3>& balloon,
+                                                  std::pair<double, double> between,
                                                   const Measure& measure) const {
   const std::vector<Vec3> lumen = moved(wall);
   const CenterlinePath path = moved_path(lumen);
   const Profiles profiles = measure(points(lumen), balloon, path);
-  centerline::LumenProfile seen =
-      centerline::without_disproved(with_cuts(without_mistaken(profiles.wall), path, lumen));
+  centerline::LumenProfile seen = centerline::without_disproved(
+      with_cuts(without_mistaken(profiles.wall), path, lumen, between));
   if (balloon.empty()) return seen;
   return widened(std::move(seen), profiles.balloon);
 }
@@ -263,7 +285,7 @@ centerline::LumenProfile TreatedLumen::profile_between(double first, double last
                                                        const std::vector<Vec3>& wall,
                                                        const std::vector<Vec3>& balloon) const {
   return profile_of(
-      wall, balloon,
+      wall, balloon, {first, last},
       [&](std::vector<Vec3> points, const std::vector<Vec3>& inside, const CenterlinePath& path) {
         Profiles profiles;
         profiles.wall = centerline::measure_lumen(std::move(points), path, first, last);
@@ -319,7 +341,7 @@ centerline::Tightest TreatedLumen::LesionFollower::measure(const std::vector<Vec
     do_both(beside_, measure_balloon, measure_wall);
     return profiles;
   };
-  centerline::LumenProfile near = lumen_.profile_of(wall, balloon, follow);
+  centerline::LumenProfile near = lumen_.profile_of(wall, balloon, lumen_.round_lesion(), follow);
   if (near.abscissa.empty()) near = lumen_.profile(wall, balloon);
   wall_ = wall;
   balloon_ = balloon;

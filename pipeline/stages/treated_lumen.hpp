@@ -97,10 +97,13 @@ class TreatedLumen {
   [[nodiscard]] static bool tells(const centerline::LumenProfile& seen, std::size_t i,
                                   const Cut& cut);
   /// A profile with what planes cut out of the lumen in place of the tube's, where that was found
-  /// not to hold; without places that a plane does not cut now.
+  /// not to hold, or holds no more: as where the vessel was opened as far as its neighbours. Places
+  /// that the tube has lost are cut; without those that a plane does not cut now.
+  /// @param between  abscissas that `seen` was looked for between [mm]
   [[nodiscard]] centerline::LumenProfile with_cuts(const centerline::LumenProfile& seen,
                                                    const CenterlinePath& path,
-                                                   const std::vector<Vec3>& lumen) const;
+                                                   const std::vector<Vec3>& lumen,
+                                                   std::pair<double, double> between) const;
   /// A lesion that is a single place is measured in one section at all moments: the nearest of
   /// those before.
   void measure_single_place_in(const centerline::LumenProfile& seen);
@@ -114,6 +117,7 @@ class TreatedLumen {
                                          const CenterlinePath& path)>;
   [[nodiscard]] centerline::LumenProfile profile_of(const std::vector<Vec3>& wall,
                                                     const std::vector<Vec3>& balloon,
+                                                    std::pair<double, double> between,
                                                     const Measure& measure) const;
   [[nodiscard]] centerline::LumenProfile profile_between(double first, double last,
                                                          const std::vector<Vec3>& wall,
@@ -136,6 +140,7 @@ class TreatedLumen {
   std::vector<Triangle> near_triangles_;    ///< between vertices of `near_`
   std::set<double> mistaken_;               ///< abscissas [mm] of sections that count at no moment
   std::set<double> cut_;                    ///< of those that planes measure, not the tube
+  std::set<double> told_;                   ///< of those that the tube told at the beginning
 };
 
 class TreatedLumen::LesionFollower {

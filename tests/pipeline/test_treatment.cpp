@@ -374,6 +374,43 @@ TEST(TreatedLumen, AWallBesideItIsNoSectionOfIt) {
   EXPECT_NEAR(followed.mld_mm, after.lesion.mld_mm, 1e-9);
 }
 
+TEST(TreatedLumen, OpenedAsFarAsItsNeighboursIsItsOwnSection) {
+  // A vessel of 1.6 mm with a throat of 0.5 mm, opened to 4 mm, as wide as two vessels beside it
+  // are away.
+  const auto before = [](double z) {
+    return 0.8 - 0.55 * std::exp(-std::pow((z - 12.0) / 3.0, 2));
+  };
+  TriangleMesh lumen = tube(73, 10, before);
+  const std::size_t own = lumen.vertices.size();
+  for (const double side : {-1.0, 1.0}) {
+    TriangleMesh other = tube(97, 12, [](double) { return 0.6; });
+    const int first = int(lumen.vertices.size());
+    for (Vec3& p : other.vertices) lumen.vertices.push_back(p + Vec3{2.7 * side, 0.0, 0.0});
+    for (const Triangle& t : other.triangles)
+      lumen.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+  CenterlinePath path = axis();
+  for (std::size_t i = 0; i < path.points.size(); ++i)
+    path.inscribed_radius[i] = path.equivalent_radius[i] = before(path.abscissa[i]);
+  std::vector<int> region;
+  std::vector<Vec3> wall;
+  for (std::size_t v = 0; v < own; ++v) {
+    region.push_back(int(v));
+    const Vec3& p = lumen.vertices[v];
+    const double wider = 2.0 / std::hypot(p.x, p.y);
+    wall.push_back({wider * p.x, wider * p.y, p.z});
+  }
+  const TreatedLumen treated(lumen, region, path, {6.0, 18.0, 4.0, 20.0}, 0.25, false);
+  const centerline::LumenProfile opened = treated.profile(wall);
+  ASSERT_GT(opened.abscissa.size(), 50U);
+  for (std::size_t i = 0; i < opened.abscissa.size(); ++i) {
+    EXPECT_NEAR(std::sqrt(opened.section_area[i] / units::kPi), 2.0, 0.15) << opened.abscissa[i];
+    EXPECT_NEAR(opened.inscribed_radius[i], 2.0, 0.25) << opened.abscissa[i];  // of a decagon
+  }
+  const centerline::Tightest lesion = treated.measures(opened).lesion;
+  EXPECT_NEAR(treated.lesion(wall).mld_mm, lesion.mld_mm, 1e-9);
+}
+
 TEST(TreatedLumen, OfASinglePlaceOneSectionCountsAtAllMoments) {
   // Before, the wall around the place is not seen; after, it is.
   const TriangleMesh whole = tube(97, 24, narrowed);
