@@ -25,6 +25,13 @@ struct Stretch {
   Vec3 at_begin, at_end;    ///< unit, into the stretch, away from the fork at that end
 };
 
+double deepest_in(const LumenVoxels& lumen, const Stretch& stretch) {
+  double deepest = 0.0;
+  for (const int v : stretch.voxels)
+    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
+  return deepest;
+}
+
 /// A stretch without the forks at its ends: what is farther than their depth from them.
 std::vector<int> own_voxels(const LumenVoxels& lumen, const Stretch& stretch) {
   std::vector<int> own;
@@ -32,9 +39,7 @@ std::vector<int> own_voxels(const LumenVoxels& lumen, const Stretch& stretch) {
   const Vec3 end = lumen.position(stretch.voxels.back());
   const double begin_reach = double(lumen.depth[std::size_t(stretch.voxels.front())]);
   const double end_reach = double(lumen.depth[std::size_t(stretch.voxels.back())]);
-  double deepest = 0.0;
-  for (const int v : stretch.voxels)
-    deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
+  const double deepest = deepest_in(lumen, stretch);
   // Towards a cap the depth falls to nothing: leave out what is nearer to it than the vessel is
   // wide.
   const bool begins_at_cap = stretch.parent < 0, ends_at_cap = stretch.children.empty();
@@ -57,8 +62,13 @@ double median_depth(const LumenVoxels& lumen, const std::vector<int>& voxels) {
   return double(median(std::move(depth)));
 }
 
-/// The half of a stretch that ends at a tip, without its cap.
+/// The half of a stretch that ends at a tip, without its cap; of a short one, half of which may lie
+/// in a cap that is slanted, all of it.
 std::vector<int> outer_half(const LumenVoxels& lumen, const Stretch& stretch, bool tip_is_first) {
+  constexpr double kShort = 6.0;  // radii: of its half a third is left, without cap and middle
+  const double length =
+      distance(lumen.position(stretch.voxels.front()), lumen.position(stretch.voxels.back()));
+  if (length < kShort * deepest_in(lumen, stretch)) return own_voxels(lumen, stretch);
   Stretch half;
   const auto middle = stretch.voxels.begin() + std::ptrdiff_t(stretch.voxels.size() / 2);
   if (tip_is_first) {
