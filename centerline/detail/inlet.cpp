@@ -63,12 +63,17 @@ double median_depth(const LumenVoxels& lumen, const std::vector<int>& voxels) {
 }
 
 /// The half of a stretch that ends at a tip, without its cap; of a short one, half of which may lie
-/// in a cap that is slanted, all of it.
+/// in a cap that is slanted, the half of what is left without the cap.
 std::vector<int> outer_half(const LumenVoxels& lumen, const Stretch& stretch, bool tip_is_first) {
   constexpr double kShort = 6.0;  // radii: of its half a third is left, without cap and middle
   const double length =
       distance(lumen.position(stretch.voxels.front()), lumen.position(stretch.voxels.back()));
-  if (length < kShort * deepest_in(lumen, stretch)) return own_voxels(lumen, stretch);
+  if (length < kShort * deepest_in(lumen, stretch)) {
+    const std::vector<int> own = own_voxels(lumen, stretch);
+    const auto half = std::ptrdiff_t((own.size() + 1) / 2);
+    return tip_is_first ? std::vector<int>(own.begin(), own.begin() + half)
+                        : std::vector<int>(own.end() - half, own.end());
+  }
   Stretch half;
   const auto middle = stretch.voxels.begin() + std::ptrdiff_t(stretch.voxels.size() / 2);
   if (tip_is_first) {
