@@ -84,8 +84,10 @@ Volume<float> part_in_region(const Volume<float>& volume, const LpsBox& region) 
 }
 
 std::string text_of(const Vec3& place) {
-  return "(" + detail::format_number(place.x) + ", " + detail::format_number(place.y) + ", " +
-         detail::format_number(place.z) + ")";
+  const auto tenths = [](double mm) {
+    return detail::format_number(0.1 * std::round(10.0 * mm) + 0.0);  // -0 is 0
+  };
+  return "(" + tenths(place.x) + ", " + tenths(place.y) + ", " + tenths(place.z) + ")";
 }
 
 /// One line for each of a few places, or one for all.

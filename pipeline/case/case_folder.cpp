@@ -253,21 +253,24 @@ bool CaseFolder::is_up_to_date(const StageRecord& record, const std::string& key
   });
 }
 
-CaseLock::CaseLock(const CaseFolder& case_folder)
-    : folder_(open(case_folder.root().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-  // A file system without locks (some network mounts) is used without.
-  if (folder_ >= 0 && flock(folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    close(folder_);
-    const std::string who = who_is_at_work(case_folder);
-    throw IoError(fmt::format("another run is at work in {}{} (two would spoil each other's "
-                              "files). Wait for it, or choose another -o",
-                              case_folder.root().string(), who.empty() ? who : ": " + who),
-                  ExitCode::cannot_create);
-  }
+FolderLock::FolderLock(const fs::path& folder, Kind kind)
+    : folder_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  const int wanted = kind == Kind::own ? LOCK_EX : LOCK_SH;
+  is_refused_ = folder_ >= 0 && flock(folder_, wanted | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
-CaseLock::~CaseLock() {
+FolderLock::~FolderLock() {
   if (folder_ >= 0) close(folder_);
+}
+
+CaseLock::CaseLock(const CaseFolder& case_folder)
+    : lock_(case_folder.root(), FolderLock::Kind::own) {
+  if (!lock_.is_refused()) return;
+  const std::string who = who_is_at_work(case_folder);
+  throw IoError(fmt::format("another run is at work in {}{} (two would spoil each other's "
+                            "files). Wait for it, or choose another -o",
+                            case_folder.root().string(), who.empty() ? who : ": " + who),
+                ExitCode::cannot_create);
 }
 
 StageFolder::StageFolder(const CaseFolder& case_folder, Stage stage)

@@ -96,17 +96,31 @@ class CaseFolder {
   std::filesystem::path root_;
 };
 
-/// Keeps a second run out of a case while the first is at work; freed when the process ends.
+/// A folder that one process has for itself, or that some share; freed when the process ends. A
+/// file system without locks (some network mounts) is used without.
+class FolderLock {
+ public:
+  enum class Kind { own, shared };
+  FolderLock(const std::filesystem::path& folder, Kind kind);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  /// Whether another process keeps this one out.
+  [[nodiscard]] bool is_refused() const { return is_refused_; }
+
+ private:
+  int folder_ = -1;
+  bool is_refused_ = false;
+};
+
+/// Keeps a second run out of a case while the first is at work.
 class CaseLock {
  public:
   /// @throws IoError (73) if another process holds it
   explicit CaseLock(const CaseFolder& case_folder);
-  ~CaseLock();
-  CaseLock(const CaseLock&) = delete;
-  CaseLock& operator=(const CaseLock&) = delete;
 
  private:
-  int folder_ = -1;
+  FolderLock lock_;
 };
 
 /// A stage's folder in the making: appears in the case at once, when it is whole, by commit();

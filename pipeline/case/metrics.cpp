@@ -41,36 +41,37 @@ void add_timing(json& simulation, const RunRecord& record) {
 }  // namespace
 
 json empty_metrics() {
-  return {{"status", nullptr},
-          {"status_reason", nullptr},
-          {"lesion",
-           object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mld_sd_mm", "mla_mm2",
-                            "reference_diameter_mm", "reference_rule", "diameter_stenosis_percent",
-                            "length_mm", "lumen_eccentricity", "plaque_eccentricity"})},
-          {"balloon", object_of_nulls(
-                          {"nominal_diameter_mm", "length_mm", "material", "peak_pressure_atm",
-                           "peak_diameter_mm", "balloon_to_artery_ratio", "widening_beside_lesion",
-                           "elongation_mm", "below_chart_mm", "rated_burst_atm", "kinked",
-                           "sharpest_fold_degrees", "dogboning_percent", "dogboning_max_percent"})},
-          {"result",
-           object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent", "acute_gain_mm",
-                            "recoil_mm", "recoil_percent", "segment_mld_mm", "segment_mla_mm2",
-                            "mld_range_mm", "acute_gain_range_mm", "recoil_range_percent",
-                            "area_stenosis_percent", "lumen_eccentricity",
-                            "recoil_percent_of_balloon", "recoil_percent_of_gain"})},
-          {"peak",
-           object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent", "segment_mld_mm",
-                            "segment_mla_mm2", "contact_gap_mm", "area_stenosis_percent",
-                            "lumen_eccentricity", "contact_area_mm2", "contact_pressure_median_kpa",
-                            "contact_pressure_p99_kpa", "contact_force_n", "pressed_area_mm2",
-                            "pressed_pressure_median_kpa", "pressed_pressure_p99_kpa"})},
-          {"flow", no_flow()},
-          {"working_view", no_working_view()},
-          {"simulation", object_of_nulls({"backend", "device", "frame_count", "simulated_s",
-                                          "wall_s", "frames_per_second", "real_time_factor",
-                                          "max_penetration_mm", "inverted_air_tets", "guard"})},
-          {"mesh", object_of_nulls({"lumen_triangles", "lumen_vertices", "watertight",
-                                    "self_intersections", "min_angle_degrees"})}};
+  return {
+      {"status", nullptr},
+      {"status_reason", nullptr},
+      {"lesion",
+       object_of_nulls({"centerline_id", "abscissa_mm", "mld_mm", "mld_sd_mm", "mla_mm2",
+                        "reference_diameter_mm", "reference_rule", "diameter_stenosis_percent",
+                        "length_mm", "lumen_eccentricity", "plaque_eccentricity", "listed_count"})},
+      {"balloon",
+       object_of_nulls({"nominal_diameter_mm", "length_mm", "material", "peak_pressure_atm",
+                        "peak_diameter_mm", "balloon_to_artery_ratio", "widening_beside_lesion",
+                        "elongation_mm", "below_chart_mm", "rated_burst_atm", "kinked",
+                        "sharpest_fold_degrees", "dogboning_percent", "dogboning_max_percent"})},
+      {"result",
+       object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent", "acute_gain_mm",
+                        "recoil_mm", "recoil_percent", "segment_mld_mm", "segment_mla_mm2",
+                        "mld_range_mm", "acute_gain_range_mm", "recoil_range_percent",
+                        "area_stenosis_percent", "lumen_eccentricity", "recoil_percent_of_balloon",
+                        "recoil_percent_of_gain"})},
+      {"peak",
+       object_of_nulls({"mld_mm", "mla_mm2", "diameter_stenosis_percent", "segment_mld_mm",
+                        "segment_mla_mm2", "contact_gap_mm", "area_stenosis_percent",
+                        "lumen_eccentricity", "contact_area_mm2", "contact_pressure_median_kpa",
+                        "contact_pressure_p99_kpa", "contact_force_n", "pressed_area_mm2",
+                        "pressed_pressure_median_kpa", "pressed_pressure_p99_kpa"})},
+      {"flow", no_flow()},
+      {"working_view", no_working_view()},
+      {"simulation", object_of_nulls({"backend", "device", "frame_count", "simulated_s", "wall_s",
+                                      "frames_per_second", "real_time_factor", "max_penetration_mm",
+                                      "inverted_air_tets", "guard"})},
+      {"mesh", object_of_nulls({"lumen_triangles", "lumen_vertices", "watertight",
+                                "self_intersections", "min_angle_degrees"})}};
 }
 
 json read_json(const std::filesystem::path& file) {
@@ -152,8 +153,9 @@ json lesion_metrics(const centerline::Lesion& lesion, const CenterlinePath& path
 
 std::vector<std::string> metrics_files() {
   std::vector<std::string> files = resolution_files();
-  files.insert(files.end(), {file::kFittedLines, file::kCenterlines, file::kNarrowedLumen,
-                             file::kPlacement, file::kSummary, file::kDiagnosis, file::kQuality});
+  files.insert(files.end(),
+               {file::kFittedLines, file::kCenterlines, file::kLesions, file::kNarrowedLumen,
+                file::kPlacement, file::kSummary, file::kDiagnosis, file::kQuality});
   return files;
 }
 
@@ -179,6 +181,8 @@ json measured_metrics(const StageFiles& files, const centerline::LesionOptions& 
   if (!status.status.empty()) metrics["status"] = status.status;
   if (!status.reason.empty()) metrics["status_reason"] = status.reason;
   if (!record.is(Stage::centerline, "done")) return metrics;
+  if (files.exists(file::kLesions))
+    metrics["lesion"]["listed_count"] = read_json(files.path(file::kLesions)).size();
   if (!record.is(Stage::meshing, "done")) {
     const CenterlineTree tree = read_centerlines(files.path(file::kCenterlines));
     const centerline::Resolution resolution = case_resolution(files);

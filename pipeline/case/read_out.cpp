@@ -38,11 +38,15 @@ std::string before(const json& metrics, bool is_surface) {
           : fmt::format("minimal lumen diameter {:.2f}{} mm", number(metrics, "lesion", "mld_mm"),
                         sd_of(metrics));
   if (metrics.at("status") == "no_lesion") return "before   " + width + " at the trial place";
-  return fmt::format("before   {}, {}{:.0f} % stenosis of {:.2f} mm", width,
+  const double listed = number(metrics, "lesion", "listed_count");
+  const std::string others =
+      listed > 1.0 ? fmt::format("; {:.0f} stenoses are listed, this one is looked at", listed)
+                   : "";
+  return fmt::format("before   {}, {}{:.0f} % stenosis of {:.2f} mm{}", width,
                      is_bound ? "at least " : "",
                      number(metrics, "lesion",
                             is_bound ? "stenosis_at_least_percent" : "diameter_stenosis_percent"),
-                     number(metrics, "lesion", "reference_diameter_mm"));
+                     number(metrics, "lesion", "reference_diameter_mm"), others);
 }
 
 std::string after(const json& metrics) {

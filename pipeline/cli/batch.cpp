@@ -17,6 +17,7 @@
 #include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "core/interrupt.hpp"
+#include "pipeline/case/case_folder.hpp"
 #include "pipeline/cli/batch_memory.hpp"
 #include "pipeline/cli/batch_outcome.hpp"
 #include "pipeline/experiments/paper_input.hpp"
@@ -177,6 +178,12 @@ class Batch {
     if (!waiting_.empty() && request_.until >= Stage::simulation)
       require_backend(backend_of(request_.shared.backend));
     make_folder(request_.folder / "logs");
+    const FolderLock lock(request_.folder / "logs", lock_kind());
+    if (lock.is_refused())
+      throw IoError(fmt::format("another batch is at work in {} (two would spoil each other's "
+                                "records). Wait for it, or choose another -o",
+                                request_.folder.string()),
+                    ExitCode::cannot_create);
     while (!running_.empty() || (!waiting_.empty() && !interrupted_)) {
       while (!interrupted_ && !waiting_.empty() && int(running_.size()) < request_.jobs &&
              start_next()) {
@@ -203,6 +210,11 @@ class Batch {
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kLookAgain{20};
   static constexpr std::chrono::seconds kSumUpAgain{5};
+
+  /// Shards run beside each other; a batch of all rows runs alone.
+  [[nodiscard]] FolderLock::Kind lock_kind() const {
+    return request_.shard.count > 1 ? FolderLock::Kind::shared : FolderLock::Kind::own;
+  }
 
   /// By what it has taken before, what others have, or its input's size.
   [[nodiscard]] std::uint64_t memory_for(const BatchCase& one) const {

@@ -181,7 +181,10 @@ void write_figures(const fs::path& folder, const std::vector<SummaryCase>& cases
   for (const SummaryMeasure& measure : summary_measures()) {
     const std::string figure = spread_figure(cases, measure);
     const fs::path file = folder / "figures" / (column_of(measure.pointer) + ".svg");
-    if (!figure.empty()) write_text_atomically(file, figure);
+    if (figure.empty())
+      fs::remove(file);
+    else
+      write_text_atomically(file, figure);
   }
 }
 

@@ -79,14 +79,16 @@ std::string text_of(const fs::path& file) {
         "{} has a quotation mark without its partner (all that follows would be one cell). "
         "Write two of them for one within a text",
         file.string()));
-  return text.starts_with(kMark) ? text.substr(3) : text;
+  if (text.starts_with(kMark)) text.erase(0, 3);
+  // Of old spreadsheets, whose lines end so.
+  if (text.find('\n') == std::string::npos) std::replace(text.begin(), text.end(), '\r', '\n');
+  return text;
 }
 
-/// Semicolons where the spreadsheet's language writes numbers with a comma.
+/// Semicolons where the spreadsheet's language writes numbers with a comma, or tabs.
 char separator_of(const std::string& header_line) {
-  return header_line.find(';') != std::string::npos && header_line.find(',') == std::string::npos
-             ? ';'
-             : ',';
+  const auto has = [&](char c) { return header_line.find(c) != std::string::npos; };
+  return has(',') ? ',' : has(';') ? ';' : has('\t') ? '\t' : ',';
 }
 
 /// Without the blanks around it; with a point where the spreadsheet's language writes a comma.
@@ -94,7 +96,7 @@ std::string clean(const std::string& cell, char separator) {
   const std::size_t begin = cell.find_first_not_of(" \t");
   if (begin == std::string::npos) return {};
   std::string text = cell.substr(begin, cell.find_last_not_of(" \t") + 1 - begin);
-  if (separator == ';' && text.size() < 32 &&
+  if (separator != ',' && text.size() < 32 &&
       std::regex_match(text, std::regex("[-+]?[0-9]+,[0-9]+")))
     text[text.find(',')] = '.';
   return text;
@@ -110,7 +112,10 @@ ManifestTable table_of(const fs::path& file) {
     const std::string one = text.substr(at, end - at);
     ++line;
     at = end;
-    if (one.starts_with('#') || one.find_first_not_of(";,\r\n\t ") == std::string::npos) continue;
+    const bool names_separator = kept.empty() && one.starts_with("sep=");  // as Excel writes it
+    if (names_separator || one.starts_with('#') ||
+        one.find_first_not_of(";,\r\n\t ") == std::string::npos)
+      continue;
     kept += one;
     line_of.push_back(line);
   }
@@ -123,10 +128,12 @@ ManifestTable table_of(const fs::path& file) {
   for (std::size_t r = 0; r < cells.size(); ++r) {
     for (std::string& cell : cells[r]) cell = clean(cell, separator);
     ManifestRow row{r < line_of.size() ? line_of[r] : line, cells[r]};
-    if (r == 0)
+    if (r == 0) {
+      for (std::string& column : row.cells) column = lower_case(column);
       table.header = std::move(row);
-    else
+    } else {
       table.rows.push_back(std::move(row));
+    }
   }
   return table;
 }
@@ -252,8 +259,9 @@ class Rows {
           "{} (it names a folder, beside logs and summary.csv: letters, digits, '.', '_' and '-')",
           name.empty() ? "the case has no name"
                        : fmt::format("'{}' cannot be a case's name", name.substr(0, 100))));
-    if (!names_.insert(name).second)
-      throw InputError(fmt::format("the case {} is there twice", name));
+    if (!names_.insert(lower_case(name)).second)
+      throw InputError(fmt::format(
+          "the case {} is there twice (capitals do not part folders everywhere)", name));
     return name;
   }
 

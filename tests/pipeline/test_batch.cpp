@@ -136,6 +136,15 @@ TEST(Manifest, OfASpreadsheetIsRead) {
   EXPECT_EQ(cases[0].input, folder / "scan;1.nrrd");
   EXPECT_EQ(cases[0].settings, std::vector<std::string>{"balloon.length_mm=12.5"});
   EXPECT_EQ(cases[1].input, folder / "scan.nrrd");
+  for (const char* text : {"sep=;\r\nCase;Input\r\nA;scan.nrrd\r\n", "case\tinput\nA\tscan.nrrd\n",
+                           "case,input\rA,scan.nrrd\r"}) {
+    write_text_atomically(folder / "m.csv", text);
+    const auto one = read_manifest(folder / "m.csv");
+    ASSERT_EQ(one.size(), 1u) << text;
+    EXPECT_EQ(one[0].input, folder / "scan.nrrd");
+  }
+  write_text_atomically(folder / "m.csv", "case,input\nA,scan.nrrd\na,scan.nrrd\n");
+  EXPECT_THROW(read_manifest(folder / "m.csv"), Error);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "core/atomic_file.hpp"
 #include "core/error.hpp"
 #include "formats/csv.hpp"
+#include "pipeline/case/case_folder.hpp"
 #include "pipeline/cli/batch.hpp"
 #include "run_program.hpp"
 
@@ -92,6 +93,22 @@ TEST(Shards, AreNamedByNumberAndCount) {
   EXPECT_EQ(pipeline::parse_shard("2/5").count, 5);
   for (const char* text : {"", "2", "0/5", "6/5", "1/0", "a/b", "1/2/3", "-1/2", "1/9999999"})
     EXPECT_THROW(pipeline::parse_shard(text), Error) << text;
+}
+
+TEST_F(Cohort, TwoBatchesOfAllRowsKeepOutOfOneFolderAndShardsDoNot) {
+  write_manifest("A,broken.nrrd,\n");
+  fs::create_directories(path("out/logs"));
+  const auto code_beside = [&](pipeline::FolderLock::Kind kind, const std::string& options) {
+    const pipeline::FolderLock other(path("out/logs"), kind);
+    return batch(options).exit_code;
+  };
+  using Kind = pipeline::FolderLock::Kind;
+  EXPECT_EQ(code_beside(Kind::own, ""), 73);
+  EXPECT_EQ(code_beside(Kind::shared, ""), 73);
+  EXPECT_FALSE(fs::exists(path("out/logs/A.json")));
+  EXPECT_EQ(code_beside(Kind::own, "--shard 1/2"), 73);
+  EXPECT_EQ(code_beside(Kind::shared, "--shard 1/2"), 2);
+  EXPECT_EQ(batch("").exit_code, 2);
 }
 
 TEST_F(Cohort, ShardsInAnyOrderSumUpToTheWholeBatch) {

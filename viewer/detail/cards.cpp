@@ -143,6 +143,9 @@ std::string flow_card(const Metrics& metrics) {
       is_measured ? range("before ", "ffr_before_range")
                   : "before not known: the throat is narrower than the voxels that show it";
   if (is_told) detail += range(", after ", "ffr_after_range");
+  if (is_told && is_measured && metrics.number("lesion", "listed_count").value_or(0.0) > 1.0)
+    detail += "; the tree's least " + shown(metrics.number("flow", "least_ffr_before"), 2, " → ") +
+              shown(metrics.number("flow", "least_ffr_after"), 2, "");
   if (!is_coronary(metrics))
     return card(value, "Pressure behind the lesion, estimated",
                 detail + " of the inlet's, at the greatest flow (hyperaemia)");
@@ -227,6 +230,14 @@ std::string balloon_cards(const Metrics& metrics) {
   return out;
 }
 
+/// Empty: this is the only stenosis.
+std::string others_listed(const Metrics& metrics) {
+  const auto listed = metrics.number("lesion", "listed_count");
+  return listed && *listed > 1.0
+             ? formats::fixed_text(*listed, 0) + " stenoses are listed, this one is looked at"
+             : std::string();
+}
+
 std::string headline_cards(const Metrics& metrics) {
   const auto lesion = [&](const char* key) { return metrics.number("lesion", key); };
   const std::string status = metrics.text("status"),
@@ -236,7 +247,7 @@ std::string headline_cards(const Metrics& metrics) {
   std::string out;
   if (has_lesion)
     out += card(change(metrics, "diameter_stenosis_percent", nullptr, 0, " %"), "Diameter stenosis",
-                reference);
+                joined({reference, others_listed(metrics)}));
   out += diameter_card(metrics, has_lesion ? "" : reference);
   out += card(change(metrics, "mla_mm2", nullptr, 2, " mm²"),
               is_only_a_place(metrics) ? "Lumen area there" : "Minimal lumen area",

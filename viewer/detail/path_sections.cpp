@@ -94,8 +94,11 @@ std::vector<double> places_around_lesion(const ReportContent& content, const Cen
 
 std::vector<PathSection> path_sections(const ReportContent& content, const CenterlinePath& path,
                                        const std::vector<double>& abscissas) {
-  const double half_size =
-      kShownRadii * widest_near(path, content.lesion_abscissa_mm, shown_reach(content, path));
+  double widest = widest_near(path, content.lesion_abscissa_mm, shown_reach(content, path));
+  for (const DiameterProfile* opened : {&content.peak, &content.after})
+    for (const double diameter : opened->equivalent_diameter_mm)
+      if (std::isfinite(diameter)) widest = std::max(widest, 0.5 * diameter);
+  const double half_size = kShownRadii * widest;
   std::vector<PathSection> sections;
   Vec3 right = any_perpendicular(sample(path, abscissas.front()).tangent);
   for (const double abscissa : abscissas) {

@@ -52,6 +52,7 @@ constexpr std::array kWordings{
     Wording{"lesion.length_mm", "Length", "mm", 1},
     Wording{"lesion.evidence", "Evidence (ln of the odds)", "", 1},
     Wording{"lesion.resolution_mm", "Longest edge of a voxel", "mm", 2},
+    Wording{"lesion.listed_count", "Stenoses listed", "", 0},
     Wording{"lesion.mld_below_resolution", "MLD is below a voxel", "", 0},
     Wording{"lesion.stenosis_at_least_percent", "Diameter stenosis is at least", "%", 1},
     Wording{"lesion.segment_mld_mm", "MLD along the whole balloon", "mm", 2},
