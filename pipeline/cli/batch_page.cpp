@@ -105,10 +105,14 @@ std::optional<double> number_at(const SummaryCase& one, const char* pointer) {
   return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
-std::string number_cell(std::optional<double> value, const char* format) {
+std::string number_cell(std::optional<double> value, const std::string& format) {
   if (!value) return "<td data-value=\"\">–</td>";
   return fmt::format("<td data-value=\"{:.17g}\">{}</td>", *value,
                      fmt::format(fmt::runtime(format), *value));
+}
+
+std::string format_of(const SummaryMeasure& measure) {
+  return fmt::format("{{:.{}f}}", measure.decimals);
 }
 
 /// A measure, and where the scan does not resolve the throat, what it is at most or at least.
@@ -119,9 +123,9 @@ std::string measure_cell(const SummaryCase& one, const SummaryMeasure& measure) 
     const std::optional<double> bound =
         number_at(one, is_mld ? "/lesion/resolution_mm" : "/lesion/stenosis_at_least_percent");
     if (bound && value_at(one, "/lesion/mld_below_resolution") == true)
-      return number_cell(bound, is_mld ? "&lt; {:.4g}" : "≥ {:.4g}");
+      return number_cell(bound, (is_mld ? "&lt; " : "≥ ") + format_of(measure));
   }
-  return number_cell(number_at(one, measure.pointer), "{:.4g}");
+  return number_cell(number_at(one, measure.pointer), format_of(measure));
 }
 
 std::string row_of(const fs::path& folder, const SummaryCase& one) {
@@ -275,21 +279,21 @@ std::string spread_words(const std::vector<double>& sorted, bool is_few) {
 
 const std::vector<SummaryMeasure>& summary_measures() {
   static const std::vector<SummaryMeasure> kMeasures = {
-      {"/lesion/mld_mm", "MLD before", "mm"},
-      {"/lesion/reference_diameter_mm", "Reference", "mm"},
-      {"/lesion/diameter_stenosis_percent", "Stenosis before", "%"},
-      {"/lesion/length_mm", "Length", "mm"},
-      {"/balloon/nominal_diameter_mm", "Balloon", "mm"},
-      {"/balloon/peak_pressure_atm", "Peak pressure", "atm"},
-      {"/balloon/peak_diameter_mm", "Balloon at peak", "mm"},
-      {"/peak/mld_mm", "MLD at peak", "mm"},
-      {"/result/mld_mm", "MLD after", "mm"},
-      {"/result/diameter_stenosis_percent", "Stenosis after", "%"},
-      {"/result/acute_gain_mm", "Acute gain", "mm"},
-      {"/result/recoil_percent", "Recoil", "%"},
-      {"/simulation/max_penetration_mm", "Penetration", "mm"},
-      {"/flow/ffr_before", "Pd/Pa before", "FFR of coronaries"},
-      {"/flow/ffr_after", "Pd/Pa after", "FFR of coronaries"}};
+      {"/lesion/mld_mm", "MLD before", "mm", 2},
+      {"/lesion/reference_diameter_mm", "Reference", "mm", 2},
+      {"/lesion/diameter_stenosis_percent", "Stenosis before", "%", 0},
+      {"/lesion/length_mm", "Length", "mm", 2},
+      {"/balloon/nominal_diameter_mm", "Balloon", "mm", 2},
+      {"/balloon/peak_pressure_atm", "Peak pressure", "atm", 1},
+      {"/balloon/peak_diameter_mm", "Balloon at peak", "mm", 2},
+      {"/peak/mld_mm", "MLD at peak", "mm", 2},
+      {"/result/mld_mm", "MLD after", "mm", 2},
+      {"/result/diameter_stenosis_percent", "Stenosis after", "%", 0},
+      {"/result/acute_gain_mm", "Acute gain", "mm", 2},
+      {"/result/recoil_percent", "Recoil", "%", 0},
+      {"/simulation/max_penetration_mm", "Penetration", "mm", 4},
+      {"/flow/ffr_before", "Pd/Pa before", "FFR of coronaries", 2},
+      {"/flow/ffr_after", "Pd/Pa after", "FFR of coronaries", 2}};
   return kMeasures;
 }
 
@@ -336,8 +340,9 @@ std::string summary_page(const fs::path& folder, const std::vector<SummaryCase>&
     if (!figure.empty()) figures += "<figure>" + figure + "</figure>";
   }
   if (!figures.empty())
-    body += "<h2>How the cases with a stenosis and a result are spread</h2><div class=\"figures\">" + figures +
-            "</div>\n";
+    body +=
+        "<h2>How the cases with a stenosis and a result are spread</h2><div class=\"figures\">" +
+        figures + "</div>\n";
   return page("Cases", body + fmt::format("<script>{}</script>\n", kScript));
 }
 

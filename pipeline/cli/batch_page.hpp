@@ -28,6 +28,7 @@ struct SummaryMeasure {
   const char* pointer;  ///< in metrics.json
   const char* title;
   const char* unit;
+  int decimals;  ///< shown, as in the report
 };
 const std::vector<SummaryMeasure>& summary_measures();
 

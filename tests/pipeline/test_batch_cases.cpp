@@ -174,7 +174,7 @@ TEST(SummaryPage, MarksWhatTheScanDoesNotResolve) {
                                 {"diameter_stenosis_percent", 92.82},
                                 {"stenosis_at_least_percent", 90.0}};
   const std::string page = summary_page(folder.path(), cases);
-  EXPECT_THAT(page, testing::HasSubstr(">&lt; 0.3<"));
+  EXPECT_THAT(page, testing::HasSubstr(">&lt; 0.30<"));
   EXPECT_THAT(page, testing::HasSubstr(">≥ 90<"));
   EXPECT_THAT(page, testing::Not(testing::HasSubstr("0.2153")));
 }
