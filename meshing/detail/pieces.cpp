@@ -332,10 +332,20 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
   Count places;
   places.where = mesh.vertices[std::size_t(mesh.triangles[std::size_t(pairs.front()[0])][0])];
   TriangleMesh cut;  // empty: cutting out what crosses does not do
+  const std::vector<SurfaceRim> rims = surface_rims(mesh);
+  const auto tell_closed = [&](const Count& openings) {
+    note(repairs, "opening closed, as no section there is that of one vessel",
+         "openings closed, as no sections there are those of one vessel", openings);
+  };
   const auto with_cut = [&] {
     note(repairs, "place where the surface crossed itself closed again",
          "places where the surface crossed itself closed again", places);
-    return std::move(cut);
+    if (surface_rims(cut).size() == rims.size()) return std::move(cut);
+    // What crosses beside a rim takes the rim with it.
+    TriangleMesh opened = closed_copy(cut);
+    const Count still_closed = reopen(opened, rims);
+    tell_closed(still_closed);
+    return opened;
   };
   if (count <= kMost * double(crossing.size())) {
     cut = mesh;
@@ -356,9 +366,7 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
   places.count = int(pairs.size());
   note(repairs, "crossing of the surface with itself resolved by contouring what is inside",
        "crossings of the surface with itself resolved by contouring what is inside", places);
-  note(repairs, "opening closed, as no section there is that of one vessel",
-       "openings closed, as no sections there are those of one vessel",
-       reopen(result.mesh, surface_rims(mesh)));
+  tell_closed(reopen(result.mesh, rims));
   const std::size_t left = air_mesh::self_intersections(result.mesh).size();
   if (left > 0)
     throw InputError("the surface crosses itself (" + std::to_string(left) +

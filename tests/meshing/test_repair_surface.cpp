@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/surface_rims.hpp"
 #include "meshing/detail/sheets.hpp"
 #include "meshing/meshing.hpp"
 #include "meshing/repair_surface.hpp"
@@ -294,6 +295,17 @@ TEST(RepairSurface, SplitsEdgesThatAreLongerThanTheLumenIsWide) {
       }
     }
   }
+}
+
+TEST(RepairSurface, KeepsAnEndOpenBesideWhichTheWallCrossesItself) {
+  TriangleMesh mesh = make_tube(false);
+  const std::size_t rings = surface_rims(mesh).size();
+  // A vertex of the ring next to the last is pulled out beyond the end, past its neighbours.
+  const auto v = std::size_t((kRings - 2) * kSides);
+  mesh.vertices[v] = mesh.vertices[v + kSides + 2] + Vec3{0.1, 0.1, 0.3};
+  const RepairedSurface repaired = repair_surface(mesh);
+  ASSERT_THAT(texts(repaired), Contains(HasSubstr("crossed itself")));
+  EXPECT_EQ(surface_rims(repaired.mesh).size(), rings);
 }
 
 TEST(RepairSurface, UnitesTubesThatCross) {
