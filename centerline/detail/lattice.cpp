@@ -124,17 +124,13 @@ bool are_alike(const Period& a, const Period& b) {
          kAlike * std::min(a.mm, b.mm) + 4.0 * std::max(a.slack_mm, b.slack_mm);
 }
 
-}  // namespace
-
-std::optional<Lattice> find_lattice(const TriangleMesh& surface) {
-  if (surface.vertices.size() < kLeastVertices || surface.triangles.empty()) return {};
-  const double edge = mean_edge(surface);
-  if (!(edge > 0.0)) return {};
+/// The lattice along the axes that vertices are given in.
+std::optional<Lattice> lattice_along(const std::vector<Vec3>& vertices, double edge) {
   std::array<Period, 3> periods;
   for (int a = 0; a < 3; ++a) {
     std::vector<double> x;
-    x.reserve(surface.vertices.size());
-    for (const Vec3& vertex : surface.vertices) x.push_back(vertex[a]);
+    x.reserve(vertices.size());
+    for (const Vec3& vertex : vertices) x.push_back(vertex[a]);
     const std::optional<Period> period = find_period(histogram_of(std::move(x), edge), edge);
     if (!period) return {};
     periods[std::size_t(a)] = *period;
@@ -142,6 +138,90 @@ std::optional<Lattice> find_lattice(const TriangleMesh& surface) {
   const auto& [i, j, k] = periods;
   if (!are_alike(i, j) && !are_alike(j, k) && !are_alike(i, k)) return {};
   return Lattice{{i.mm, j.mm, k.mm}, i.is_of_blocks && j.is_of_blocks && k.is_of_blocks};
+}
+
+/// A triangle's normal, and its share of the surface.
+struct Facing {
+  Vec3 normal;
+  double share = 0.0;
+};
+
+std::vector<Facing> facings_of(const TriangleMesh& surface) {
+  std::vector<Facing> facings;
+  double sum = 0.0;
+  for (const Triangle& t : surface.triangles) {
+    const Vec3 doubled = area_vector_doubled(surface, t);
+    const double area = norm(doubled);
+    if (!(area > 0.0)) continue;
+    facings.push_back({doubled / area, area});
+    sum += area;
+  }
+  for (Facing& facing : facings) facing.share /= sum;
+  return facings;
+}
+
+constexpr double kSameWay = 0.9986;  ///< cosine of 3 degrees
+
+/// The direction, either way, that the most of the surface faces, of those across another (zero:
+/// of all): the mean of what faces the way of one of some triangles, evenly spread over them.
+Vec3 most_faced(const std::vector<Facing>& facings, const Vec3& across) {
+  constexpr std::size_t kTried = 500;
+  constexpr double kAcross = 0.05;
+  double most = 0.0;
+  Vec3 best;
+  const std::size_t step = std::max<std::size_t>(1, facings.size() / kTried);
+  for (std::size_t n = 0; n < facings.size(); n += step) {
+    const Vec3& way = facings[n].normal;
+    if (std::abs(dot(way, across)) > kAcross) continue;
+    double share = 0.0;
+    Vec3 mean;
+    for (const Facing& facing : facings) {
+      const double cosine = dot(facing.normal, way);
+      if (std::abs(cosine) < kSameWay) continue;
+      share += facing.share;
+      mean += (cosine < 0.0 ? -facing.share : facing.share) * facing.normal;
+    }
+    if (share <= most) continue;
+    most = share;
+    best = mean;
+  }
+  return most > 0.0 ? normalized(best) : Vec3{};
+}
+
+/// Three axes at right angles along which a stepped surface faces; nothing of another.
+std::optional<std::array<Vec3, 3>> axes_of_steps(const TriangleMesh& surface) {
+  constexpr double kLeastShare = 0.25;  // of a smooth tube along an axis a seventh faces them
+  const std::vector<Facing> facings = facings_of(surface);
+  const Vec3 first = most_faced(facings, {});
+  Vec3 second = most_faced(facings, first);
+  if (norm(first) == 0.0 || norm(second) == 0.0) return {};
+  second = normalized(second - dot(second, first) * first);
+  const std::array<Vec3, 3> axes{first, second, cross(first, second)};
+  std::array<double, 3> shares{};
+  for (const Facing& facing : facings)
+    for (std::size_t a = 0; a < 3; ++a)
+      if (std::abs(dot(facing.normal, axes[a])) > kSameWay) shares[a] += facing.share;
+  constexpr double kLeastOfEach = 0.03;
+  const bool is_stepped =
+      shares[0] + shares[1] + shares[2] > kLeastShare &&
+      std::all_of(shares.begin(), shares.end(), [](double s) { return s > kLeastOfEach; });
+  return is_stepped ? std::optional(axes) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Lattice> find_lattice(const TriangleMesh& surface) {
+  if (surface.vertices.size() < kLeastVertices || surface.triangles.empty()) return {};
+  const double edge = mean_edge(surface);
+  if (!(edge > 0.0)) return {};
+  if (const auto along = lattice_along(surface.vertices, edge)) return along;
+  const auto axes = axes_of_steps(surface);
+  if (!axes) return {};
+  std::vector<Vec3> turned;
+  turned.reserve(surface.vertices.size());
+  for (const Vec3& v : surface.vertices)
+    turned.push_back({dot(v, (*axes)[0]), dot(v, (*axes)[1]), dot(v, (*axes)[2])});
+  return lattice_along(turned, edge);
 }
 
 }  // namespace angio::centerline::detail

@@ -87,16 +87,29 @@ TEST(Lattice, IsStillThereWhenTheSurfaceIsSmoothed) {
   expect_spacing(find_lattice(smoothed(surface_of_helix(itself), 5)), kSpacing);
 }
 
-TEST(Lattice, OfALabelMapIsOfBlocks) {
+/// A bent vessel, eight voxels wide.
+TriangleMesh surface_of_labels() {
   std::vector<std::array<int, 3>> cubes;
   for (int k = 0; k < 60; ++k)
     for (int j = 0; j < 24; ++j)
       for (int i = 0; i < 24; ++i)
         if (std::hypot(i - 12.3 + 5.0 * std::sin(0.1 * k), j - 11.8) < 4.0)
           cubes.push_back({i, j, k});
-  const auto lattice = find_lattice(surface_of_cubes(cubes));
+  return surface_of_cubes(cubes);
+}
+
+TEST(Lattice, OfALabelMapIsOfBlocks) {
+  const auto lattice = find_lattice(surface_of_labels());
   expect_spacing(lattice, {1.0, 1.0, 1.0});
   EXPECT_TRUE(lattice->is_of_blocks);
+}
+
+TEST(Lattice, OfALabelMapIsSeenInAnyPosition) {
+  for (const double degrees : {7.0, 20.0, 45.0}) {
+    const auto lattice = find_lattice(turned(surface_of_labels(), degrees));
+    expect_spacing(lattice, {1.0, 1.0, 1.0});
+    EXPECT_TRUE(lattice->is_of_blocks) << degrees;
+  }
 }
 
 TEST(Lattice, OfAContourHalfWayBetweenLabelsIsOfBlocks) {
@@ -106,7 +119,7 @@ TEST(Lattice, OfAContourHalfWayBetweenLabelsIsOfBlocks) {
   EXPECT_TRUE(lattice->is_of_blocks);
 }
 
-TEST(Lattice, IsNotSeenOutOfItsAxes) {
+TEST(Lattice, OfASmoothSurfaceIsNotSeenOutOfItsAxes) {
   for (const double degrees : {7.0, 20.0, 45.0})
     EXPECT_FALSE(find_lattice(turned(surface_of_helix(itself), degrees))) << degrees;
 }
