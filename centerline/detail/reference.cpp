@@ -149,7 +149,7 @@ FieldBranch cut_into_cells(const CenterlinePath& path, const Branch& branch,
     ++count;
     length += stands_for_mm / unit[i];
     reference.cell[i] = int(field.cells.size());
-    if (length >= kCell * (1.0 - 1e-6)) close();
+    if (length >= kCell) close();
   }
   close();
   if (field.cells.empty()) field.cells.push_back({.position = 0.5 * position});

@@ -38,7 +38,8 @@ std::string before(const json& metrics, bool is_surface) {
           : fmt::format("minimal lumen diameter {:.2f}{} mm", number(metrics, "lesion", "mld_mm"),
                         sd_of(metrics));
   if (metrics.at("status") == "no_lesion") return "before   " + width + " at the trial place";
-  const double listed = number(metrics, "lesion", "listed_count");
+  const bool is_counted = has_number(metrics, "lesion", "listed_count");
+  const double listed = is_counted ? number(metrics, "lesion", "listed_count") : 0.0;
   const std::string others =
       listed > 1.0 ? fmt::format("; {:.0f} stenoses are listed, this one is looked at", listed)
                    : "";

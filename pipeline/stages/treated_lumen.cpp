@@ -121,20 +121,19 @@ void TreatedLumen::find_mistaken() {
   std::vector<double> radii;
   for (const double s : seen.abscissa) radii.push_back(sample(path_, s).equivalent_radius);
   const double most = kMostOff * median(radii);
-  std::set<double> branches;  // that planes run along
   for (std::size_t i = 0; i < seen.abscissa.size(); ++i) {
     const double s = seen.abscissa[i];
     const auto cut = cut_at(path_, lumen_.vertices, s);
-    if (cut && cut->area > kMostOfTube * seen.section_area[i]) branches.insert(s);
-    const bool is_cut = cut && !branches.contains(s) && !tells(seen, i, *cut);
+    if (cut && cut->area > kMostOfTube * seen.section_area[i]) branches_.insert(s);
+    const bool is_cut = cut && !branches_.contains(s) && !tells(seen, i, *cut);
     if (is_cut) cut_.insert(s);
-    if (cut && !is_cut && !branches.contains(s)) told_.insert(s);
+    if (cut && !is_cut && !branches_.contains(s)) told_.insert(s);
     const double area = is_cut ? cut->area : seen.section_area[i];
     if (std::sqrt(area / units::kPi) > radii[i] + most) mistaken_.insert(s);
   }
   if (double(cut_.size()) > kMostCut * double(seen.abscissa.size()))
     for (const double s : seen.abscissa)
-      if (!branches.contains(s)) cut_.insert(s);
+      if (!branches_.contains(s)) cut_.insert(s);
   // What is left has to tell of the lesion; a single place may be told of by what is beside it.
   const auto is_left_between = [&](double first, double last) {
     return std::any_of(seen.abscissa.begin(), seen.abscissa.end(),
@@ -192,8 +191,7 @@ centerline::LumenProfile TreatedLumen::with_cuts(const centerline::LumenProfile&
   }
   parallel_for_uneven(std::ptrdiff_t(all.size()), [&](std::ptrdiff_t i) {
     Place& place = all[std::size_t(i)];
-    if (cut_.contains(place.abscissa) || told_.contains(place.abscissa))
-      place.cut = cut_at(path, lumen, place.abscissa);
+    if (!branches_.contains(place.abscissa)) place.cut = cut_at(path, lumen, place.abscissa);
   });
   centerline::LumenProfile profile;
   for (const Place& place : all) {

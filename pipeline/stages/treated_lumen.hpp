@@ -141,6 +141,7 @@ class TreatedLumen {
   std::set<double> mistaken_;               ///< abscissas [mm] of sections that count at no moment
   std::set<double> cut_;                    ///< of those that planes measure, not the tube
   std::set<double> told_;                   ///< of those that the tube told at the beginning
+  std::set<double> branches_;               ///< of those whose planes run along a side branch
 };
 
 class TreatedLumen::LesionFollower {

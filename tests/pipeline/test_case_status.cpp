@@ -208,6 +208,10 @@ TEST(ReadOut, SaysWhatWasBeforeWhatIsAfterAndWhatToDoubt) {
             "after    minimal lumen diameter 2.25 mm, 25 % stenosis, recoil 28 %; balloon of 3.00 "
             "mm at 8.0 atm");
   EXPECT_EQ(treated.lines()[2], "to doubt the wall is thin");
+  treated.metrics["lesion"]["listed_count"] = 2;
+  EXPECT_EQ(treated.lines()[0],
+            "before   minimal lumen diameter 1.20 mm, 60 % stenosis of 3.00 mm; 2 stenoses are "
+            "listed, this one is looked at");
   treated.metrics["result"]["diameter_stenosis_percent"] = -151.0;
   EXPECT_NE(treated.lines()[1].find("2.25 mm, 151 % wider than the reference, recoil"),
             std::string::npos);
