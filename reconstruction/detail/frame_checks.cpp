@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -100,24 +101,26 @@ std::vector<Vec3> bright_places(const Volume<float>& volume) {
   const std::size_t area = std::size_t(columns) * std::size_t(rows);
   std::vector<double> sums(area), counts(area, 1.0), room;
   box_sum(counts, columns, rows, half, room);
-  std::vector<std::pair<float, Vec3>> above;
+  std::vector<std::pair<float, std::uint32_t>> above;  // and which voxel: there are under 2^31
   const int step = std::max(1, volume.geometry.size[2] / kSlices);
   for (int k = 0; k < volume.geometry.size[2]; k += step) {
-    const float* slice = volume.values.data() + volume.geometry.offset(0, 0, k);
+    const std::size_t first = volume.geometry.offset(0, 0, k);
+    const float* slice = volume.values.data() + first;
     std::copy_n(slice, area, sums.begin());
     box_sum(sums, columns, rows, half, room);
-    for (std::size_t i = 0; i < area; ++i) {
-      const auto column = double(i % std::size_t(columns)), row = double(i / std::size_t(columns));
-      const double excess = double(slice[i]) - sums[i] / counts[i];
-      if (excess > 0.0)
-        above.emplace_back(float(excess), volume.geometry.lps_from_index({column, row, double(k)}));
-    }
+    for (std::size_t i = 0; i < area; ++i)
+      if (const double excess = double(slice[i]) - sums[i] / counts[i]; excess > 0.0)
+        above.emplace_back(float(excess), std::uint32_t(first + i));
   }
   const auto kept = std::ptrdiff_t(kShare * double(above.size()));
   std::nth_element(above.begin(), above.begin() + kept, above.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Vec3> places;
-  for (auto at = above.begin(); at != above.begin() + kept; ++at) places.push_back(at->second);
+  for (auto at = above.begin(); at != above.begin() + kept; ++at) {
+    const auto in_slice = int(at->second % area);
+    places.push_back(volume.geometry.lps_from_index(
+        {double(in_slice % columns), double(in_slice / columns), double(at->second / area)}));
+  }
   return places;
 }
 
