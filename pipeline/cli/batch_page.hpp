@@ -45,8 +45,8 @@ std::string summary_page(const std::filesystem::path& folder,
 std::string quality_page(const std::filesystem::path& folder,
                          const std::vector<SummaryCase>& cases);
 
-/// How a measure is spread over the cases with a stenosis and a result, as SVG: a histogram, of fewer than eight
-/// cases a dot for each; empty where fewer than two have it.
+/// How a measure is spread over the cases with a stenosis and a result, as SVG: a histogram, of
+/// fewer than eight cases a dot for each; empty where fewer than two have it.
 std::string spread_figure(const std::vector<SummaryCase>& cases, const SummaryMeasure& measure);
 
 }  // namespace angio::pipeline
