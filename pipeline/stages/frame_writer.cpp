@@ -75,7 +75,8 @@ void FrameWriter::finish() {
   measuring_.wait();
   // What metrics.json tells is measured as there.
   for (const SharedFrame& frame : kept_.both())
-    mld_[frame->frame] = lumen_.lesion(frame->wall, balloon_in_lumen(*frame)).mld_mm;
+    mld_[frame->frame] =
+        lumen_.measures(lumen_.profile(frame->wall, balloon_in_lumen(*frame))).lesion.mld_mm;
   write_tables();
 }
 
