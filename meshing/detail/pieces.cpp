@@ -343,8 +343,7 @@ TriangleMesh without_crossings(const TriangleMesh& mesh, std::vector<SurfaceRepa
     if (surface_rims(cut).size() == rims.size()) return std::move(cut);
     // What crosses beside a rim takes the rim with it.
     TriangleMesh opened = closed_copy(cut);
-    const Count still_closed = reopen(opened, rims);
-    tell_closed(still_closed);
+    tell_closed(reopen(opened, rims));
     return opened;
   };
   if (count <= kMost * double(crossing.size())) {
