@@ -24,10 +24,15 @@ bool sees(const Wall& wall, const Vec3& from, const Vec3& to) {
   return true;
 }
 
+/// How deep in the lumen a line must stay, as a share of how deep the voxels are along which it was
+/// traced.
+constexpr double kCore = 0.5;
+
 /// Whether a place is in the lumen that the line was traced along, and not in one beside it, and
 /// not much nearer to its wall than the middle there.
-bool is_in_core(const Line& work, const Surroundings& around, const Vec3& place) {
-  constexpr double kCore = 0.5;
+/// @param core  share of the middle's depth
+bool is_in_core(const Line& work, const Surroundings& around, const Vec3& place,
+                double core = kCore) {
   if (!around.wall.inside(place)) return false;
   const Vec3& middle = work.course[work.course.nearest(place)];
   const double depth = around.lumen.depth_at(middle);
@@ -37,7 +42,7 @@ bool is_in_core(const Line& work, const Surroundings& around, const Vec3& place)
       distance(place, work.course.front()) < work.start_reach)
     return true;
   const double slack = 0.5 * around.wall.resolution();
-  return around.lumen.depth_at(place) >= kCore * depth - slack;
+  return around.lumen.depth_at(place) >= core * depth - slack;
 }
 
 /// Takes tips that are far from where the line was traced to back there.
@@ -85,16 +90,18 @@ std::vector<std::size_t> follow_course(const PointRow& course, const std::vector
 
 /// Takes stretches that left the core back to the voxels that the line was traced along, from
 /// where the line runs beside them to where it does so again.
-void return_to_course(const Line& work, const Surroundings& around, std::vector<Vec3>& curve) {
+void return_to_course(const Line& work, const Surroundings& around, std::vector<Vec3>& curve,
+                      double core = kCore) {
   return_tips(work, curve);
   const std::size_t least = std::max<std::size_t>(work.shared, 1);
   std::vector<std::size_t> place;  // on the course
   const auto is_beside = [&](std::size_t k) {
     const double near = std::max(2.0 * around.wall.resolution(), 0.3 * work.line.radius[k]);
-    return is_in_core(work, around, curve[k]) && distance(curve[k], work.course[place[k]]) < near;
+    return is_in_core(work, around, curve[k], core) &&
+           distance(curve[k], work.course[place[k]]) < near;
   };
   for (std::size_t i = least; i + 1 < curve.size(); ++i) {
-    if (is_in_core(work, around, curve[i])) continue;
+    if (is_in_core(work, around, curve[i], core)) continue;
     if (place.empty()) place = follow_course(work.course, curve);
     std::size_t begin = i, end = i;  // points [begin, end) are put anew
     while (begin > least && !is_beside(begin - 1)) --begin;
@@ -250,7 +257,7 @@ Vec3 bent_less(const std::vector<Vec3>& points, std::size_t i, std::size_t m) {
 /// it and it stays deep enough. Unlike a curve that is shortened, which turns all at once where it
 /// meets the core's edge, one that bends less takes a turn as wide as the core is.
 void relax_turns(Line& work, const Line* parent, const Surroundings& around,
-                 const LeastDepths& depths) {
+                 const LeastDepths& depths, double core) {
   constexpr int kMostSweeps = 200;
   Polyline& line = work.line;
   const std::size_t count = line.points.size(), first = first_outside(work, parent);
@@ -263,7 +270,7 @@ void relax_turns(Line& work, const Line* parent, const Surroundings& around,
       const std::size_t room = std::min(i, count - 1 - i);
       const auto m = std::min<std::size_t>(std::size_t(sweep % 3) + 1, room / 2);
       const Vec3 next = bent_less(before, i, m);
-      if (!is_in_core(work, around, next) || !depths.allow(next)) continue;
+      if (!is_in_core(work, around, next, core) || !depths.allow(next)) continue;
       line.points[i] = next;
       has_moved = true;
     }
@@ -340,12 +347,18 @@ bool has_turns(const Line& work, const Line* parent) {
 void straighten(Line& work, const Line* parent, const Surroundings& around,
                 const std::function<double(double)>& step) {
   constexpr int kMostRounds = 6;
-  for (const double share : {0.8, 0.7}) {
+  struct Shares {
+    double core;   ///< of the traced voxels' depth
+    double depth;  ///< of a section's depth, where the vessel turns back
+  };
+  // A line that still turns may leave the middle farther.
+  constexpr Shares kShares[] = {{kCore, 0.8}, {kCore, 0.7}, {0.3, 0.5}, {0.1, 0.5}};
+  for (const auto& [core, depth] : kShares) {
     if (!has_turns(work, parent)) return;
-    const LeastDepths depths(work, around, share);
+    const LeastDepths depths(work, around, depth);
     for (int round = 0; round < kMostRounds && has_turns(work, parent); ++round) {
-      return_to_course(work, around, work.line.points);
-      relax_turns(work, parent, around, depths);
+      return_to_course(work, around, work.line.points, core);
+      relax_turns(work, parent, around, depths, core);
       check_widths(work, around.distance_to_wall);
       resample(work.line, work.shared, step);
     }

@@ -37,8 +37,8 @@ void check_widths(Line& work, const WallDistance& distance_to_wall);
 bool has_turns(const Line& work, const Line* parent);
 
 /// Takes away such turns, by bending the line less there within the lumen's core, and spreads the
-/// points anew. Where the vessel turns back, only a line that turns still leaves its middle
-/// farther.
+/// points anew. Only a line that turns still leaves the middle farther, there alone: a vessel may
+/// turn more sharply than any curve through its middles that can be followed.
 void straighten(Line& work, const Line* parent, const Surroundings& around,
                 const std::function<double(double)>& step);
 
