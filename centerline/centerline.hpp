@@ -189,10 +189,9 @@ struct Lesion {
   [[nodiscard]] bool has_wide_sides() const {
     return widest_beside_mm >= 1.25 * reference_diameter_mm;
   }
-  /// Whether the reference is over a third wider than the vessel right beside the throat, which is
-  /// itself a third wider than the throat.
+  /// Whether the reference is over a third wider than the vessel right beside the tightest place.
   [[nodiscard]] bool is_in_thin_vessel() const {
-    return mld_mm < 0.75 * beside_throat_mm && beside_throat_mm < 0.75 * reference_diameter_mm;
+    return beside_throat_mm > 0.0 && beside_throat_mm < 0.75 * reference_diameter_mm;
   }
   [[nodiscard]] bool is_doubtful() const { return doubt != Doubt::none; }
   [[nodiscard]] bool is_left_out() const { return is_too_small || is_too_thin || is_doubtful(); }

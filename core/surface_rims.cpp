@@ -88,7 +88,8 @@ class WallInside {
   /// The rim of the wall from a distance `inset` [mm] inside a rim on; nothing where that is not
   /// one loop around it.
   [[nodiscard]] std::optional<SurfaceRim> rim_at(const SurfaceRim& rim, double inset) const {
-    const std::map<int, double> way = ways_from(rim.loop, 3.0 * inset);
+    const double reach = inset + std::min(2.0 * inset, 0.5 * rim.diameter_mm);
+    const std::map<int, double> way = ways_from(rim.loop, reach);
     TriangleMesh ring;
     ring.vertices = mesh_.vertices;
     std::set<int> taken;
@@ -102,17 +103,17 @@ class WallInside {
         if (is_inside && taken.insert(t).second) ring.triangles.push_back(corners);
       }
     const std::vector<std::vector<int>> loops = boundary_loops(ring);
-    if (loops.size() != 2) return std::nullopt;  // the inner rim, and where the ring was left off
-    const auto farthest = [&](const std::vector<int>& loop) {
-      double most = 0.0;
-      for (const int v : loop) {
+    // The others are where the ring was left off: several, beside a fork.
+    const auto is_inner = [&](const std::vector<int>& loop) {
+      return std::all_of(loop.begin(), loop.end(), [&](int v) {
         const auto found = way.find(v);
-        most = std::max(most, found == way.end() ? 1e300 : found->second);
-      }
-      return most;
+        return found != way.end() && found->second < 0.5 * (inset + reach);
+      });
     };
-    const std::vector<int>& inner = farthest(loops[0]) < farthest(loops[1]) ? loops[0] : loops[1];
-    return describe(ring, inner, corners_across(ring, loops));
+    const auto inner = std::find_if(loops.begin(), loops.end(), is_inner);
+    if (inner == loops.end() || std::count_if(loops.begin(), loops.end(), is_inner) > 1)
+      return std::nullopt;
+    return describe(ring, *inner, corners_across(ring, loops));
   }
 
  private:
@@ -149,8 +150,9 @@ class WallInside {
 void look_inside(const TriangleMesh& mesh, std::vector<SurfaceRim>& rims) {
   constexpr double kEnough = 0.5;
   // Around a hole in a tube's side the wall runs out the more, the farther from the hole: as much
-  // as half a radius away only a tube's end shows nearly all of it.
-  constexpr struct { double inset, least; } kLooks[] = {{0.25, 0.0}, {0.5, 0.8}};
+  // as half a radius away only a tube's end shows nearly all of it. A mouth that flares does so a
+  // radius inside.
+  constexpr struct { double inset, least; } kLooks[] = {{0.25, 0.0}, {0.5, 0.8}, {1.0, 0.8}};
   constexpr std::size_t kFew = 8;
   std::optional<WallInside> wall;
   for (SurfaceRim& rim : rims) {

@@ -100,6 +100,34 @@ TEST(SurfaceRims, InAFlatLipThatACapHasLeftAreEndsToo) {
   EXPECT_GT(rim_at(tube, {0, 0, 9.5}).wall_along, 0.8);
 }
 
+TEST(SurfaceRims, OfAMouthThatFlaresAreEndsToo) {
+  // The last 3 mm open as a quarter of an ellipse, so that the rim lies across, three times as wide
+  // as the tube.
+  TriangleMesh tube = tests::make_tube(1.8, 20.0, 161, 48);
+  for (Vec3& v : tube.vertices) {
+    const double beyond = std::max(v.z - 17.0, 0.0) / 3.0;
+    const double stretch = 1.0 + 1.95 * (1.0 - std::sqrt(1.0 - beyond * beyond));
+    v.x *= stretch;
+    v.y *= stretch;
+  }
+  EXPECT_GT(rim_at(tube, {0, 0, 20}).wall_along, 0.8);
+}
+
+TEST(SurfaceRims, OfAWideHoleInATubesSideAreNone) {
+  for (const double radius : {1.0, 1.1}) {  // of a tube of radius 1.5
+    const TriangleMesh tube = cut(tests::make_tube(1.5, 20.0, 321, 160), [&](const Vec3& p) {
+      return p.x < 0.0 || std::hypot(p.y, p.z - 10.0) > radius;
+    });
+    EXPECT_LT(rim_at(tube, {1.5, 0, 10}).wall_along, 0.5) << radius;
+  }
+}
+
+TEST(SurfaceRims, OfTheInnerSideOfAWallPullTheOtherWay) {
+  TriangleMesh tube = tests::make_tube(1.5, 10.0, 21, 64);
+  for (Triangle& t : tube.triangles) std::swap(t[0], t[1]);
+  for (const SurfaceRim& rim : surface_rims(tube)) EXPECT_LT(rim.wall_along, -0.95);
+}
+
 TEST(SurfaceRims, OfAHoleInATubesSideAreNone) {
   for (const double radius : {0.3, 0.6, 0.9}) {  // of a tube of radius 1.5: a / 2R = 0.1 to 0.3
     const TriangleMesh tube = cut(tests::make_tube(1.5, 10.0, 161, 160), [&](const Vec3& p) {

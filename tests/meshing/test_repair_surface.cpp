@@ -308,6 +308,26 @@ TEST(RepairSurface, KeepsAnEndOpenBesideWhichTheWallCrossesItself) {
   EXPECT_EQ(surface_rims(repaired.mesh).size(), rings);
 }
 
+TEST(RepairSurface, KeepsTheEndOfAWallOfTwoSidesOpen) {
+  // Both sides hang together at one end, and not at the other.
+  TriangleMesh wall = make_tube(false);
+  const int offset = int(wall.vertices.size());
+  for (int v = 0; v < offset; ++v) {
+    const Vec3 p = wall.vertices[std::size_t(v)];
+    wall.vertices.push_back({0.8 * p.x, 0.8 * p.y, p.z});
+  }
+  for (std::size_t t = 0, count = wall.triangles.size(); t < count; ++t) {
+    const auto [a, b, c] = wall.triangles[t];
+    wall.triangles.push_back({a + offset, c + offset, b + offset});
+  }
+  for (int i = 0; i < kSides; ++i) {
+    const int k = (i + 1) % kSides;
+    wall.triangles.push_back({k, i, i + offset});
+    wall.triangles.push_back({k, i + offset, k + offset});
+  }
+  EXPECT_EQ(surface_rims(repair_surface(wall).mesh).size(), 2U);
+}
+
 TEST(RepairSurface, UnitesTubesThatCross) {
   // Two equal round tubes at a right angle share 16/3 r^3 (Steinmetz).
   TriangleMesh mesh = make_tube(true);
