@@ -72,6 +72,18 @@ std::string doubt_of_arc(const RunQuality& quality) {
 
 constexpr double kPoorPixels = 1.5;  ///< vessels of so few pixels have other diameters then
 
+/// Where the frames and the volume do not agree, it tells of no diameter, and of no lesion.
+std::string doubt_of_path(const RunQuality& quality) {
+  const bool is_fitted = quality.calibration_passes > 0;
+  const double residual = is_fitted ? quality.residual_pixels : quality.given_residual_pixels;
+  if (residual <= kPoorPixels) return {};
+  return fmt::format(
+      "the frames see the vessels {:.1f} pixels beside where the volume has them{}: they move, or "
+      "the volume is poor. Trust no diameter without looking at the frames "
+      "(reconstruction/frames.nrrd, the report's sheet)",
+      residual, is_fitted ? "" : ", and the C-arm's path could not be fitted to them");
+}
+
 std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality& quality) {
   std::vector<std::string> warnings;
   if (quality.arc_degrees < quality.shortest_arc_degrees)
@@ -109,13 +121,6 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
         "to the vessels, to {:.2f} pixels",
         quality.gating.is_gated ? "the C-arm, or the patient's breath," : "the C-arm",
         quality.given_residual_pixels, quality.residual_pixels));
-  else if (quality.given_residual_pixels > kPoorPixels)
-    warnings.push_back(fmt::format(
-        "the frames see the vessels {:.1f} pixels beside where the volume has them, and the "
-        "C-arm's "
-        "path could not be fitted to them: they move, or the volume is poor. Trust no diameter "
-        "without looking at the frames (reconstruction/frames.nrrd, the report's sheet)",
-        quality.given_residual_pixels));
   if (quality.truncated_percent > 0.0)
     warnings.push_back(fmt::format(
         "{:.0f} % of the rows end within the body; they were continued, and attenuation near the "
@@ -399,6 +404,11 @@ Reconstruction reconstruct_volume(const RotationalRun& run, const Reconstruction
   result.quality.unattenuated = run.masks ? 0.0 : air;
   result.quality.gating = gate.quality;
   result.doubt = doubt_of_arc(result.quality);
+  std::string off_the_frames = doubt_of_path(result.quality);
+  if (result.doubt.empty())
+    result.doubt = std::move(off_the_frames);
+  else
+    doubts.push_back(std::move(off_the_frames));
   const std::vector<std::string> warnings = warnings_of(run, result.quality);
   result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
   if (!gate.quality.is_gated)

@@ -86,6 +86,18 @@ std::string doubt_of(const std::vector<double>& explained_parts) {
       100.0 * *least, 1 + (least - explained_parts.begin()));
 }
 
+/// Views between whose pictures of one named vessel the medium agrees worse show different things.
+constexpr double kPoorAgreement = 0.7;
+
+std::string doubt_of(const ViewShifts& shifts) {
+  if (shifts.agreement >= kPoorAgreement) return {};
+  return fmt::format(
+      "the vessel between the named ends is not determined: across the views' common planes its "
+      "medium agrees to {:.2f} only (ends of another vessel, another phase of the heart, or other "
+      "fillings). Look at the ends on the frames (the report's sheet)",
+      shifts.agreement);
+}
+
 double thinnest_radius(const CenterlineTree& tree) {
   double least = 1e9;
   for (const CenterlinePath& path : tree.paths)
@@ -153,7 +165,7 @@ void require_room(const VolumeGeometry& grid, double max_memory_gib) {
 
 std::vector<std::string> warnings_of(const TreeOfViews& result, const ViewShifts& shifts,
                                      bool has_ends) {
-  constexpr double kToldShift = 1.0, kToldTurn = 0.3, kPoorAgreement = 0.7;
+  constexpr double kToldShift = 1.0, kToldTurn = 0.3;
   std::vector<std::string> warnings;
   warnings.push_back(fmt::format(
       "the vessels were found from {} views up to {:.0f} degrees apart: sections are taken as "
@@ -309,7 +321,7 @@ TreeOfViews reconstruct_views(const RotationalRun& run, const ViewsOptions& opti
         "headers say). Give views of the same vessel");
   if (options.ends.empty()) require_belief(found, shifts);
   result.explained_parts = found.explained_parts;
-  if (options.ends.empty()) result.doubt = doubt_of(found.explained_parts);
+  result.doubt = options.ends.empty() ? doubt_of(found.explained_parts) : doubt_of(shifts);
   fitting.frame_shift_sd_mm = options.shift_sd_mm;
   fitting.frame_turn_sd_degrees = options.turn_sd_degrees;
   measure(moved, views, found.tree, !options.ends.empty(), fitting, part(progress, 0.5, 0.9),

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/statistics.hpp"
 #include "segmentation/detail/dicom_pictures.hpp"
 #include "segmentation/detail/dicom_series.hpp"
 #include "segmentation/detail/projection_angles.hpp"
@@ -44,6 +45,63 @@ std::vector<Candidate> candidates(const std::vector<DicomSeries>& all, const Rea
   return found;
 }
 
+bool same_angles(const std::vector<double>& a, const std::vector<double>& b) {
+  constexpr double kDegree = 1.0;
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
+           return std::abs(x - y) <= kDegree;
+         });
+}
+
+/// Whether two runs show the same from the same sides, frame by frame.
+bool are_alike(const Candidate& one, const Candidate& other) {
+  return one.header->pixels.columns == other.header->pixels.columns &&
+         one.header->pixels.rows == other.header->pixels.rows &&
+         one.header->frames.size() == other.header->frames.size() &&
+         same_angles(one.run.primary_angles_degrees, other.run.primary_angles_degrees) &&
+         same_angles(one.run.secondary_angles_degrees, other.run.secondary_angles_degrees);
+}
+
+/// How far the darkest pixels of one run against another, and the brightest, are from their median:
+/// logarithms of beams, summed over some frames.
+struct Tails {
+  double darker = 0.0, brighter = 0.0;
+};
+
+Tails compare_pixels(const Candidate& one, const Candidate& other) {
+  constexpr int kFrames = 7;
+  constexpr double kTail = 0.002;  // of the pixels
+  std::vector<int> frames;
+  const auto count = int(one.header->frames.size());
+  for (int n = 0; n < kFrames; ++n) frames.push_back((2 * n + 1) * count / (2 * kFrames));
+  const std::vector<float> a = detail::DicomPictures(*one.header).read_some(frames);
+  const std::vector<float> b = detail::DicomPictures(*other.header).read_some(frames);
+  const bool is_log = one.run.pixel_relation == "LOG";
+  Tails tails;
+  const std::size_t per_frame = a.size() / frames.size();
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    std::vector<double> against;
+    for (std::size_t i = f * per_frame; i < (f + 1) * per_frame; ++i)
+      if (is_log || (a[i] > 0.0F && b[i] > 0.0F))
+        against.push_back(is_log ? double(a[i]) - double(b[i]) : std::log(double(a[i]) / b[i]));
+    if (against.empty()) continue;
+    const double middle = quantile(against, 0.5);
+    tails.darker += middle - quantile(against, kTail);
+    tails.brighter += quantile(against, 1.0 - kTail) - middle;
+  }
+  return tails;
+}
+
+/// Whether the first of two runs that are alike is filled, and the other its mask: by their headers
+/// where only one names a contrast medium, else by their pixels: vessels are darker in it by far
+/// more than anything is brighter.
+bool fills(const Candidate& one, const Candidate& other) {
+  constexpr double kFarMore = 2.0;
+  if (one.run.has_contrast_medium != other.run.has_contrast_medium)
+    return one.run.has_contrast_medium;
+  const Tails tails = compare_pixels(one, other);
+  return tails.darker > kFarMore * tails.brighter;
+}
+
 /// The one that is asked for, or the largest; null: it is not a run that is wanted.
 const Candidate* choose(const std::vector<DicomSeries>& all, const std::vector<Candidate>& runs,
                         const ReadOptions& options) {
@@ -52,12 +110,16 @@ const Candidate* choose(const std::vector<DicomSeries>& all, const std::vector<C
           return series.is_volume_kind;
         }))
       return nullptr;
+    const Candidate* chosen = &runs.front();
+    for (const Candidate& run : runs)
+      if (run.run.has_contrast_medium && !chosen->run.has_contrast_medium &&
+          all[run.series].pixel_count() == all[chosen->series].pixel_count())
+        chosen = &run;
     // Of a run and its mask run the filled one.
-    const auto fills = std::find_if(runs.begin(), runs.end(), [&](const Candidate& run) {
-      return run.run.has_contrast_medium &&
-             all[run.series].pixel_count() == all[runs.front().series].pixel_count();
-    });
-    return fills != runs.end() ? &*fills : &runs.front();
+    for (const Candidate& run : runs)
+      if (run.series != chosen->series && are_alike(run, *chosen) && fills(run, *chosen))
+        chosen = &run;
+    return chosen;
   }
   for (const Candidate& run : runs)
     if (all[run.series].key == options.series || std::to_string(run.series + 1) == options.series)
@@ -65,22 +127,9 @@ const Candidate* choose(const std::vector<DicomSeries>& all, const std::vector<C
   return nullptr;
 }
 
-bool same_angles(const std::vector<double>& a, const std::vector<double>& b) {
-  constexpr double kDegree = 1.0;
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](double x, double y) {
-           return std::abs(x - y) <= kDegree;
-         });
-}
-
 const Candidate* mask_run(const std::vector<Candidate>& runs, const Candidate& filled) {
   for (const Candidate& other : runs)
-    if (other.series != filled.series && filled.run.has_contrast_medium &&
-        !other.run.has_contrast_medium &&
-        other.header->pixels.columns == filled.header->pixels.columns &&
-        other.header->pixels.rows == filled.header->pixels.rows &&
-        other.header->frames.size() == filled.header->frames.size() &&
-        same_angles(other.run.primary_angles_degrees, filled.run.primary_angles_degrees) &&
-        same_angles(other.run.secondary_angles_degrees, filled.run.secondary_angles_degrees))
+    if (other.series != filled.series && are_alike(filled, other) && fills(filled, other))
       return &other;
   return nullptr;
 }
@@ -184,7 +233,7 @@ std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& optio
   for (std::size_t s = 0; s < found.all.size(); ++s)
     if (s != chosen->series && (!mask || s != mask->series))
       loaded.warnings.push_back(detail::describe(found.all[s], s) +
-                                " was left out: another run is larger, or was asked for");
+                                " was left out: another run was taken (--series names one)");
   return loaded;
 }
 

@@ -20,13 +20,21 @@ const StageRecord* record_of(const RunRecord& record, Stage stage) {
   return found == record.stages.end() ? nullptr : &found->second;
 }
 
-/// Why nobody can tell whether the vessels are there: of too short a turn, or of views of a C-arm
-/// that stood still. Empty of everything else.
-std::string doubt_of_vessels(const StageFiles& files, const RunRecord& record) {
+/// Why nobody can tell whether the vessels are there, or how narrow: of frames that tell too
+/// little. Empty of everything else.
+std::string doubt_of_vessels(const StageFiles& files, const RunRecord& record,
+                             const nlohmann::json& placement) {
   if (!record.is(Stage::reconstruction, "done") || !files.exists(kQuality)) return {};
   const nlohmann::json quality = read_json(files.path(kQuality));
-  const auto doubt = quality.find("doubt");
-  return doubt != quality.end() && doubt->is_string() ? doubt->get<std::string>() : std::string();
+  if (const auto doubt = quality.find("doubt"); doubt != quality.end() && doubt->is_string())
+    return doubt->get<std::string>();
+  const auto lesion = placement.find("lesion");
+  if (quality.value("method", "") == "few-views" && lesion != placement.end() &&
+      lesion->value("mld_below_resolution", false))
+    return "the throat is thinner than a voxel, in a volume that was fitted to few frames: what is "
+           "faint there may be missing, so that it bounds no stenosis. Compare it with the frames "
+           "(reconstruction/frames.nrrd, the report's sheet)";
+  return {};
 }
 
 }  // namespace
@@ -62,7 +70,7 @@ CaseStatus case_status(const StageFiles& files, const RunRecord& record) {
   if (!record.is(Stage::meshing, "done") || !files.exists(kPlacement)) return {};
   const nlohmann::json placement = read_json(files.path(kPlacement));
   CaseStatus found{placement.value("status", "done"), placement.value("status_reason", "")};
-  if (const std::string doubt = doubt_of_vessels(files, record); !doubt.empty())
+  if (const std::string doubt = doubt_of_vessels(files, record, placement); !doubt.empty())
     found = {"not_determined", doubt};
   if (!placement.contains("balloon")) return found;
   if (record.is(Stage::simulation, "skipped")) {

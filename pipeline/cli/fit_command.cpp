@@ -81,6 +81,10 @@ std::vector<int> used_frames(const json& quality, int frame_count) {
   return used;
 }
 
+/// A lumen whose area's circle is wider by so much than what fits into it is flat: the frames tell
+/// areas, and the fit knows round lumens alone.
+constexpr double kFlat = 0.25;
+
 /// What a lesion of the case measures in the fitted tree, between the same points of its line.
 json measure(const json& lesion, const CenterlineTree& before, const reconstruction::TreeFit& fit) {
   const int id = lesion.at("centerline_id").get<int>();
@@ -102,13 +106,16 @@ json measure(const json& lesion, const CenterlineTree& before, const reconstruct
     if (fitted.tube_radius[p] < fitted.tube_radius[throat]) throat = p;
   const double diameter = 2.0 * fitted.tube_radius[throat];
   const double reference = lesion.at("reference_diameter_mm").get<double>();
+  const double sd = 2.0 * fit.radius_sd[index][throat];
+  const double by_volume = lesion.at("mld_mm").get<double>();
   return {{"centerline_id", id},
           {"abscissa_mm", fitted.abscissa[throat]},
           {"mld_mm", diameter},
-          {"mld_sd_mm", 2.0 * fit.radius_sd[index][throat]},
+          {"mld_sd_mm", sd},
           {"diameter_stenosis_percent", 100.0 * (1.0 - diameter / reference)},
           {"reference_diameter_mm", reference},
-          {"volume_mld_mm", lesion.at("mld_mm")}};
+          {"volume_mld_mm", by_volume},
+          {"is_flat", diameter > by_volume + std::max(3.0 * sd, kFlat * by_volume)}};
 }
 
 json to_json(const reconstruction::TreeFit& fit, const std::vector<int>& used) {
@@ -125,10 +132,14 @@ json to_json(const reconstruction::TreeFit& fit, const std::vector<int>& used) {
 
 void tell(Reporter& reporter, const json& lesion) {
   reporter.note(fmt::format(
-      "line {} at {:.1f} mm: {:.2f} mm, sd {:.2f} mm, by the frames; {:.2f} mm by the volume",
+      "line {} at {:.1f} mm: {:.2f} mm, sd {:.2f} mm, by the frames; {:.2f} mm by the volume{}",
       lesion.at("centerline_id").get<int>(), lesion.at("abscissa_mm").get<double>(),
       lesion.at("mld_mm").get<double>(), lesion.at("mld_sd_mm").get<double>(),
-      lesion.at("volume_mld_mm").get<double>()));
+      lesion.at("volume_mld_mm").get<double>(),
+      lesion.at("is_flat").get<bool>()
+          ? ". The lumen is flat there: the frames' diameter is that of a circle of its area, and "
+            "the volume's is its width"
+          : ""));
 }
 
 void fit_case(const FitArguments& a) {

@@ -26,8 +26,8 @@ double turn_of(const ProjectionRun& run) {
 /// What to try where increments may be steps from frame to frame.
 std::string hint_of_steps(const ProjectionRun& run) {
   double sum = 0.0, least = kFullTurn, most = 0.0;
-  for (const double angle : run.primary_angles_degrees) {
-    const double step = angle - run.base_angles_degrees[0];
+  for (std::size_t frame = 1; frame < run.primary_angles_degrees.size(); ++frame) {
+    const double step = run.primary_angles_degrees[frame] - run.base_angles_degrees[0];
     sum += step;
     least = std::min(least, std::abs(step));
     most = std::max(most, std::abs(step));
@@ -93,6 +93,10 @@ std::string refusal_of_turn(const DicomHeader& header, const ProjectionRun& run)
            " angles for " + std::to_string(frames) +
            " frames (frames or angles are missing). Export it again";
   if (std::string why = refusal_of_distances(run); !why.empty()) return why;
+  if (std::remainder(run.picture_turn_degrees, 90.0) != 0.0)
+    return "the run's field of view is turned by " + format_number(run.picture_turn_degrees) +
+           " degrees (0, 90, 180 and 270 are the values of FieldOfViewRotation). Export it again, "
+           "or give its geometry with --geometry";
   if (run.table_travel_mm > kStillMm)
     return "the table moves by " + format_number(run.table_travel_mm) +
            " mm during the run (the patient is not where the angles say). Give a run with a table "

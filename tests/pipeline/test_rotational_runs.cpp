@@ -172,6 +172,14 @@ TEST_F(RotationalRuns, CutShortOrWithAnotherGeometryLeaveNothingBehind) {
   expect_refused(run(input, "case", "--until reconstruction"), "nothing to reconstruct");
 }
 
+TEST_F(RotationalRuns, WhoseFramesAndVolumeDisagreeDetermineNothing) {
+  const std::string input = make_run("xa", "--frames 60 --breathing 20");
+  ASSERT_EQ(run(input, "case", "--until reconstruction").exit_code, 0);
+  const json doubt = json_of(folder_.path() / "case/reconstruction/quality.json").at("doubt");
+  ASSERT_TRUE(doubt.is_string());
+  EXPECT_THAT(doubt.get<std::string>(), HasSubstr("Trust no diameter"));
+}
+
 TEST_F(RotationalRuns, AreInspectedForWhatTheyCanGive) {
   const std::string input = make_run("xa", "--frames 120 --mask-run");
   const ProgramResult text = run_program("inspect '" + input + "'");

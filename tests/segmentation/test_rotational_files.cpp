@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <functional>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "segmentation/read_run.hpp"
@@ -115,6 +117,12 @@ TEST_F(RotationalFiles, ThatCannotGiveAVolumeAreRefusedWithTheReason) {
                 put(d, DCM_PositionerPrimaryAngleIncrement, decimals(times(7.0)));
               }),
               HasSubstr("turns by 28 degrees"));
+  EXPECT_THAT(refusal_of([](DcmDataset& d) {
+                put(d, DCM_PositionerPrimaryAngleIncrement, "0\\30\\30\\30\\30");
+              }),
+              HasSubstr("add up to 120 degrees: where they are steps"));
+  EXPECT_THAT(refusal_of([](DcmDataset& d) { put(d, DCM_FieldOfViewRotation, "45"); }),
+              HasSubstr("field of view is turned by 45 degrees"));
 }
 
 TEST_F(RotationalFiles, OfTwoFramesAreRefused) {
@@ -160,6 +168,45 @@ TEST_F(RotationalFiles, OfTwoPlanesAreTakenPlaneByPlane) {
     EXPECT_EQ(loaded->run.primary_angles_degrees.front(), first_angle);
     EXPECT_FALSE(loaded->masks);
   }
+}
+
+/// Two runs over the same path, each with a vessel in its column; -1: none.
+void write_alike(const std::function<void(const char*, const Slice&)>& write, int in_first,
+                 int in_second, const char* medium) {
+  for (const auto& [name, number, column] :
+       {std::tuple{"a", 1, in_first}, std::tuple{"b", 2, in_second}}) {
+    Slice slice = run_object([medium](DcmDataset& d) {
+      if (*medium != '\0') put(d, DCM_ContrastBolusAgent, medium);
+    });
+    slice.series += std::to_string(number);
+    slice.number = number;
+    slice.pixel = [column = column, number = number](int i, int j) {
+      return (i == column ? 50 : 100) + (i + 2 * j + number) % 3;
+    };
+    write(name, slice);
+  }
+}
+
+/// Anonymisers take the medium's name away, and some exports give it to both.
+TEST_F(RotationalFiles, OfARunAndItsMaskTheFilledOneIsToldByItsPixels) {
+  const auto write = [&](const char* name, const Slice& slice) { write_slice(file(name), slice); };
+  for (const char* medium : {"", "Iodine"})
+    for (const auto& [first, second] : {std::pair{2, -1}, std::pair{-1, 2}}) {
+      write_alike(write, first, second, medium);
+      const auto loaded = read_run(folder(), {});
+      ASSERT_TRUE(loaded);
+      ASSERT_TRUE(loaded->masks) << first;
+      EXPECT_LT(loaded->pictures->read(0, 1)[2], 60.0F) << first;
+      EXPECT_GT(loaded->masks->read(0, 1)[2], 90.0F) << first;
+    }
+}
+
+TEST_F(RotationalFiles, OfTwoVesselsNeitherIsTheOthersMask) {
+  write_alike([&](const char* name, const Slice& slice) { write_slice(file(name), slice); }, 1, 3,
+              "Iodine");
+  const auto loaded = read_run(folder(), {});
+  ASSERT_TRUE(loaded);
+  EXPECT_FALSE(loaded->masks);
 }
 
 /// Every pixel of a frame differs from those of the others.
