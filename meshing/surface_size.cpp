@@ -12,30 +12,9 @@
 namespace angio::meshing {
 namespace {
 
-/// Triangles spread evenly over the area.
-std::vector<std::size_t> samples_of(const TriangleMesh& mesh, double area, int count) {
-  std::vector<std::size_t> samples;
-  double next = 0.5, passed = 0.0;  // in shares of the area, times the number of samples
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    passed += 0.5 * norm(area_vector_doubled(mesh, mesh.triangles[t])) / area * count;
-    for (; next < passed; next += 1.0)
-      if (samples.empty() || samples.back() != t) samples.push_back(t);
-  }
-  return samples;
-}
-
-/// The share of the area whose outside is a hollow that the surface closes around.
-double hollow_share_of(const TriangleMesh& mesh, double area) {
-  constexpr int kSamples = 400;
-  const std::vector<char> hollow = detail::face_a_hollow(mesh, samples_of(mesh, area, kSamples));
-  return hollow.empty()
-             ? 0.0
-             : double(std::count(hollow.begin(), hollow.end(), char(1))) / double(hollow.size());
-}
-
 /// Diameters seen from places spread evenly over the area, ascending.
 std::vector<double> diameters(const TriangleMesh& mesh, double area, int sample_count) {
-  const std::vector<std::size_t> samples = samples_of(mesh, area, sample_count);
+  const std::vector<std::size_t> samples = detail::samples_of(mesh, area, sample_count);
   const detail::ClosestPoint wall(mesh);
   std::vector<double> found(samples.size());
   parallel_for_uneven(std::ptrdiff_t(samples.size()), [&](std::ptrdiff_t i) {
@@ -64,6 +43,8 @@ double volume_inside(const TriangleMesh& mesh, const std::vector<SurfaceRim>& ri
 }  // namespace
 
 TriangleMesh lumen_of_wall(const TriangleMesh& wall) { return detail::hollow_of(wall); }
+
+bool is_wall(const SurfaceSize& size) { return size.hollow_share > detail::kWallShare; }
 
 void SurfaceSize::scale(double factor) {
   for (Vec3* corner : {&low, &high}) *corner *= factor;
@@ -102,7 +83,7 @@ SurfaceSize measure_surface(const TriangleMesh& surface) {
   size.thin = at_share(0.05);
   size.median = at_share(0.5);
   size.wide = at_share(0.98);
-  size.hollow_share = hollow_share_of(surface, size.area);
+  size.hollow_share = detail::hollow_share_of(surface, size.area);
   return size;
 }
 

@@ -39,6 +39,9 @@ SurfaceSize measure_surface(const TriangleMesh& surface);
 /// at the vessel's ends, normals leaving the lumen. Empty where the wall is around nothing.
 TriangleMesh lumen_of_wall(const TriangleMesh& wall);
 
+/// Whether a surface that was measured is that of a vessel's wall.
+bool is_wall(const SurfaceSize& size);
+
 /// The median diameter alone, from 300 triangles; 0 where there is none.
 double median_diameter(const TriangleMesh& surface);
 

@@ -122,6 +122,14 @@ std::vector<char> face_a_hollow(const TriangleMesh& mesh, const std::vector<std:
   return result;
 }
 
+double hollow_share_of(const TriangleMesh& mesh, double area) {
+  constexpr int kSamples = 400;
+  const std::vector<char> hollow = face_a_hollow(mesh, samples_of(mesh, area, kSamples));
+  return hollow.empty()
+             ? 0.0
+             : double(std::count(hollow.begin(), hollow.end(), char(1))) / double(hollow.size());
+}
+
 TriangleMesh hollow_of(const TriangleMesh& mesh) {
   constexpr double kLeastPiece = 0.05;
   std::vector<std::size_t> all(mesh.triangles.size());

@@ -19,6 +19,12 @@ double touching_ball(const ClosestPoint& wall, const Vec3& at, const Vec3& inwar
 /// ways along it.
 std::vector<char> face_a_hollow(const TriangleMesh& mesh, const std::vector<std::size_t>& samples);
 
+/// The share of a surface's area whose outside is such a hollow, by 400 samples.
+double hollow_share_of(const TriangleMesh& mesh, double area);
+
+/// Above this share a surface is that of a vessel's wall.
+inline constexpr double kWallShare = 0.25;
+
 /// The wall of the hollow in a vessel's wall, turned so that its normals leave the hollow: the
 /// triangles that face it, their rough borders smoothed, in pieces of at least a twentieth of it,
 /// and what they surround: a mound's slopes look out of the vessel's ends.

@@ -13,7 +13,9 @@
 #include "core/surface_rims.hpp"
 #include "meshing/detail/crossings.hpp"
 #include "meshing/detail/fill_hole.hpp"
+#include "meshing/detail/hollow.hpp"
 #include "meshing/detail/open_ends.hpp"
+#include "meshing/detail/sheets.hpp"
 #include "meshing/detail/soup.hpp"
 #include "meshing/detail/unite_parts.hpp"
 #include "meshing/detail/winding.hpp"
@@ -79,6 +81,7 @@ namespace {
 
 struct Box {
   Vec3 low, high;
+  Box() = default;
   explicit Box(const TriangleMesh& mesh) : low(mesh.vertices.front()), high(low) {
     for (const Vec3& p : mesh.vertices)
       for (int axis = 0; axis < 3; ++axis) {
@@ -100,31 +103,66 @@ struct Box {
 /// A piece, turned outward, with its closed copy.
 struct Piece {
   TriangleMesh mesh;
-  TriangleMesh closed;
-  Box box;
+  TriangleMesh closed = {};
+  Box box = {};
   double area = 0.0;
   double volume = 0.0;
   bool is_gone = false;
 };
+
+/// Gives a piece its closed copy and sizes. @return whether it was inside out
+bool settle(Piece& piece) {
+  piece.closed = closed_copy(piece.mesh);
+  piece.volume = enclosed_volume(piece.closed);
+  const bool is_inside_out = piece.volume < 0.0;
+  if (is_inside_out) {
+    for (TriangleMesh* turn : {&piece.mesh, &piece.closed})
+      for (Triangle& t : turn->triangles) std::swap(t[1], t[2]);
+    piece.volume = -piece.volume;
+  }
+  piece.box = Box(piece.mesh);
+  piece.area = surface_area(piece.mesh);
+  return is_inside_out;
+}
+
+/// The lumen of a piece that is a vessel's wall; nothing of others.
+std::optional<Piece> lumen_in(const Piece& wall) {
+  constexpr std::size_t kFew = 100;      // triangles show no vessel's wall
+  constexpr double kLeastInside = 0.02;  // of the wall's volume
+  if (wall.mesh.triangles.size() < kFew || hollow_share_of(wall.mesh, wall.area) <= kWallShare)
+    return {};
+  Piece lumen{hollow_of(wall.mesh)};
+  if (lumen.mesh.triangles.empty()) return {};
+  take_sheets_apart(lumen.mesh);
+  settle(lumen);
+  if (lumen.volume < kLeastInside * wall.volume ||
+      hollow_share_of(lumen.mesh, lumen.area) > kWallShare)
+    return {};
+  return lumen;
+}
+
+/// Of several vessels, some may be given by the two sides of their wall.
+void take_lumens_of_walls(std::vector<Piece>& pieces, std::vector<SurfaceRepair>& repairs) {
+  Count walls;
+  for (Piece& piece : pieces)
+    if (auto lumen = lumen_in(piece)) {
+      piece = std::move(*lumen);
+      walls.add(piece.mesh.vertices.front(), piece.box.extent());
+    }
+  note(repairs, "piece that is a vessel's wall left but for its inner side, the lumen",
+       "pieces that are vessels' walls left but for their inner sides, the lumens", walls);
+}
 
 /// The largest surface first.
 std::vector<Piece> pieces_outward(const TriangleMesh& mesh, std::vector<SurfaceRepair>& repairs) {
   std::vector<Piece> pieces;
   Count turned;
   for (TriangleMesh& part : connected_pieces(mesh)) {
-    TriangleMesh closed = closed_copy(part);
-    double volume = enclosed_volume(closed);
-    if (volume < 0.0) {
-      for (TriangleMesh* turn : {&part, &closed})
-        for (Triangle& t : turn->triangles) std::swap(t[1], t[2]);
-      volume = -volume;
-      turned.add(part.vertices.front());
-    }
-    const Box box(part);
-    const double area = surface_area(part);
-    pieces.push_back({std::move(part), std::move(closed), box, area, volume});
+    pieces.push_back({std::move(part)});
+    if (settle(pieces.back())) turned.add(pieces.back().mesh.vertices.front());
   }
   note(repairs, "inside-out piece turned outward", "inside-out pieces turned outward", turned);
+  if (pieces.size() > 1) take_lumens_of_walls(pieces, repairs);
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const auto& a, const auto& b) { return a.area > b.area; });
   return pieces;

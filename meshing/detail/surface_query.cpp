@@ -69,6 +69,17 @@ std::vector<std::array<int, 2>> sharp_folds_of(const TriangleMesh& mesh,
   return pairs;
 }
 
+std::vector<std::size_t> samples_of(const TriangleMesh& mesh, double area, int count) {
+  std::vector<std::size_t> samples;
+  double next = 0.5, passed = 0.0;  // in shares of the area, times the number of samples
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    passed += 0.5 * norm(area_vector_doubled(mesh, mesh.triangles[t])) / area * count;
+    for (; next < passed; next += 1.0)
+      if (samples.empty() || samples.back() != t) samples.push_back(t);
+  }
+  return samples;
+}
+
 struct ClosestPoint::Tree {
   Triangles triangles;
   AabbTree tree;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -14,6 +15,12 @@ namespace angio::meshing::detail {
 /// tetrahedra.
 std::vector<std::array<int, 2>> sharp_folds_of(const TriangleMesh& mesh,
                                                const std::vector<char>& marked);
+
+/// Triangles spread evenly over the area [unit of the coordinates squared].
+std::vector<std::size_t> samples_of(const TriangleMesh& mesh, double area, int count);
+
+/// Triangles spread evenly over the area [unit of the coordinates squared].
+std::vector<std::size_t> samples_of(const TriangleMesh& mesh, double area, int count);
 
 /// The nearest point of a surface, and the next one along a ray.
 class ClosestPoint {

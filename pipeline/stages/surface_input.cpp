@@ -97,16 +97,16 @@ void scale(GivenSurface& given, double factor) {
 
 /// Of a surface around a vessel's wall, its inner side.
 void take_lumen_of_wall(GivenSurface& given) {
-  constexpr double kWall = 0.25, kLeastInside = 0.02;
+  constexpr double kLeastInside = 0.02;
+  if (!meshing::is_wall(given.size)) return;
   const double share = given.size.hollow_share;
-  if (share <= kWall) return;
   const double wall_volume = given.size.volume;
   meshing::RepairedSurface lumen = meshing::repair_surface(meshing::lumen_of_wall(given.mesh));
   given.mesh = std::move(lumen.mesh);
   given.repairs.insert(given.repairs.end(), lumen.repairs.begin(), lumen.repairs.end());
   given.size = meshing::measure_surface(given.mesh);
   if (given.mesh.triangles.empty() || given.size.volume < kLeastInside * wall_volume ||
-      given.size.hollow_share > kWall)
+      meshing::is_wall(given.size))
     throw InputError(
         fmt::format("the surface is that of a vessel's wall ({:.0f} % of it faces a hollow inside "
                     "it), and no lumen was found in it. Give the lumen's own surface",

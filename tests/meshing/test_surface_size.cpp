@@ -8,6 +8,7 @@
 #include "core/surface_rims.hpp"
 #include "meshing/detail/hollow.hpp"
 #include "meshing/detail/pieces.hpp"
+#include "meshing/repair_surface.hpp"
 #include "meshing/surface_size.hpp"
 #include "testing/shapes.hpp"
 
@@ -95,6 +96,20 @@ TEST(SurfaceSize, FindsTheLumenInAWall) {
     const Vec3& v = lumen.vertices[std::size_t(t[0])];
     EXPECT_GT(dot(area_vector_doubled(lumen, t), Vec3{v.x, v.y, 0.0}), 0.0);
   }
+}
+
+TEST(SurfaceSize, OfAWallBesideAVesselBothLumensAreKept) {
+  const double length = 40.0;
+  TriangleMesh vessel = tests::make_tube(1.5, length, 41, 32);
+  for (Vec3& v : vessel.vertices) v.x += 12.0;
+  const RepairedSurface both = repair_surface(detail::joined({make_wall(2.0, 2.5, length), vessel}),
+                                              {.keep_all_pieces = true});
+  const SurfaceSize size = measure_surface(both.mesh);
+  EXPECT_FALSE(is_wall(size));
+  ASSERT_EQ(detail::connected_pieces(both.mesh).size(), 2U);
+  for (const Vec3& v : both.mesh.vertices)
+    EXPECT_LT(std::min(std::hypot(v.x, v.y), std::hypot(v.x - 12.0, v.y)), 2.01);  // no outer side
+  EXPECT_GT(size.volume, pi * (1.5 * 1.5 * length + 4.0 * (length - 8.0)) * 0.98);
 }
 
 SurfaceSize of_sizes(double wide, double median, double extent) {
