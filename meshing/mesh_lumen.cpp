@@ -249,13 +249,11 @@ LumenMesh mesh_lumen(const TriangleMesh& surface, const CenterlineTree& tree,
   progress.report(0.0, "repairing the surface");
   std::vector<std::string> warnings;
   const std::vector<LineEnd> ends = detail::line_ends(tree);
-  SurfaceDraft draft = detail::repaired_draft(surface, tree, ends, warnings);
-  const TriangleMesh original = draft.mesh;
-  const detail::MeshTarget target(original);
+  detail::OpenedSurface opened = detail::open_surface(surface, tree, ends, warnings);
+  const detail::MeshTarget target(opened.repaired);
   const detail::Widening widening = widening_for(options, tree, widened);
+  SurfaceDraft draft = std::move(opened.draft);
   draft.widening = &widening;
-  progress.report(0.1, "opening the ends");
-  detail::open_ends(draft, tree, ends, warnings);
   // A given surface may have long triangles, which do not show where the lumen is narrow: the
   // lengths are set again once there are vertices everywhere.
   std::vector<std::string> first_warnings;

@@ -95,14 +95,31 @@ TriangleMesh components_of_lines(const TriangleMesh& mesh, const CenterlineTree&
   return part_of(mesh, keep);
 }
 
-SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& tree,
-                            const std::vector<LineEnd>& ends, std::vector<std::string>& warnings) {
+namespace {
+
+/// Whether the triangles around a rim keep their sides when it is straightened.
+bool can_be_straightened(const TriangleMesh& mesh, const SurfaceRim& rim, const Plane& plane) {
+  constexpr double kMostUneven = 0.5, kLeastCosine = 0.2;  // of the radius; of a triangle's turn
+  if (rim.unevenness_mm >= kMostUneven * 0.5 * rim.diameter_mm) return false;
+  const std::set<int> loop(rim.loop.begin(), rim.loop.end());
+  const auto straightened = [&](int v) {
+    const Vec3& x = mesh.vertices[std::size_t(v)];
+    return loop.contains(v) ? x - plane.signed_distance(x) * plane.normal : x;
+  };
+  return std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+    if (std::none_of(t.begin(), t.end(), [&](int v) { return loop.contains(v); })) return true;
+    const Vec3 a = straightened(t[0]), b = straightened(t[1]), c = straightened(t[2]);
+    return dot(normalized(cross(b - a, c - a)), normalized(area_vector_doubled(mesh, t))) >
+           kLeastCosine;
+  });
+}
+
+/// The openings of a surface as rims, where they are flat or `uneven` says so; others are filled.
+/// @param uneven  ends whose opening is straightened though it is not flat, as far as it can be
+SurfaceDraft draft_of(const TriangleMesh& surface, const std::vector<LineEnd>& ends,
+                      const std::vector<int>& uneven, std::vector<std::string>& warnings) {
   SurfaceDraft draft;
-  RepairedSurface repaired = repair_surface(surface, {.keep_all_pieces = true});
-  for (const SurfaceRepair& repair : repaired.repairs)
-    if (!repair.is_routine)
-      warnings.push_back("the given surface was repaired: " + to_text(repair));
-  draft.mesh = components_of_lines(repaired.mesh, tree);
+  draft.mesh = surface;
   draft.rim.assign(draft.mesh.vertices.size(), -1);
   draft.rim_planes.resize(ends.size());
   std::vector<char> taken(ends.size(), 0);
@@ -112,12 +129,14 @@ SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& t
     const int end = end_at(rim, ends, taken);
     if (end < 0) closed += (closed.empty() ? "" : ", ") + describe_rim(rim);
     if (end >= 0) taken[std::size_t(end)] = 1;
-    if (end < 0 || rim.unevenness_mm >= kFlat * 0.5 * rim.diameter_mm) {
+    const Plane plane{rim.centre, rim.normal};
+    const bool is_wanted = std::find(uneven.begin(), uneven.end(), end) != uneven.end();
+    const bool is_flat = rim.unevenness_mm < kFlat * 0.5 * rim.diameter_mm;
+    if (end < 0 || !(is_flat || (is_wanted && can_be_straightened(draft.mesh, rim, plane)))) {
       fill_hole(draft.mesh, rim.loop);
       draft.rim.resize(draft.mesh.vertices.size(), -1);
       continue;
     }
-    const Plane plane{rim.centre, rim.normal};
     draft.rim_planes[std::size_t(end)] = plane;
     for (const int v : rim.loop) {
       Vec3& x = draft.mesh.vertices[std::size_t(v)];
@@ -129,6 +148,29 @@ SurfaceDraft repaired_draft(const TriangleMesh& surface, const CenterlineTree& t
     warnings.push_back(
         "these openings of the given surface were closed, as no line ends at them: " + closed);
   return draft;
+}
+
+}  // namespace
+
+OpenedSurface open_surface(const TriangleMesh& surface, const CenterlineTree& tree,
+                           const std::vector<LineEnd>& ends, std::vector<std::string>& warnings) {
+  RepairedSurface repaired = repair_surface(surface, {.keep_all_pieces = true});
+  for (const SurfaceRepair& repair : repaired.repairs)
+    if (!repair.is_routine)
+      warnings.push_back("the given surface was repaired: " + to_text(repair));
+  const TriangleMesh mesh = components_of_lines(repaired.mesh, tree);
+  OpenedSurface opened;
+  std::vector<std::string> told;
+  const auto open = [&](const std::vector<int>& uneven) {
+    told.clear();
+    opened.draft = draft_of(mesh, ends, uneven, told);
+    opened.repaired = opened.draft.mesh;
+    return open_ends(opened.draft, tree, ends, told);
+  };
+  const std::vector<int> closed = open({});
+  if (!closed.empty()) open(closed);
+  warnings.insert(warnings.end(), told.begin(), told.end());
+  return opened;
 }
 
 namespace {
@@ -158,14 +200,15 @@ std::vector<Plane> planes_to_try(const CenterlineTree& tree, const LineEnd& end)
 
 }  // namespace
 
-void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vector<LineEnd>& ends,
-               std::vector<std::string>& warnings) {
+std::vector<int> open_ends(SurfaceDraft& draft, const CenterlineTree& tree,
+                           const std::vector<LineEnd>& ends, std::vector<std::string>& warnings) {
   draft.rim_planes.resize(ends.size());
   std::vector<Vec3> tips;
   for (const LineEnd& end : ends) tips.push_back(end.tip);
   const TriangleMesh whole = std::move(draft.mesh);
   EndOpener opener(whole, tips);
   std::vector<std::string> joined, closed;
+  std::vector<int> stay_closed;
   for (std::size_t e = 0; e < ends.size(); ++e) {
     if (std::find(draft.rim.begin(), draft.rim.end(), int(e)) != draft.rim.end()) continue;
     EndOpener::Cut cut = opener.best_cut(planes_to_try(tree, ends[e]), ends[e].radius, int(e));
@@ -173,6 +216,7 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
       draft.rim_planes[e] = cut.plane;
       opener.plan(std::move(cut));
     } else {
+      stay_closed.push_back(int(e));
       const bool goes_on = cut.verdict == EndOpener::Verdict::no_end;
       (goes_on ? joined : closed).push_back(name_of_end(int(e)) + place_in_words(ends[e].tip));
     }
@@ -192,6 +236,7 @@ void open_ends(SurfaceDraft& draft, const CenterlineTree& tree, const std::vecto
         "these ends of lines stay closed, because no section across the line there is that of one "
         "vessel: " +
         list_a_few(closed, "ends"));
+  return stay_closed;
 }
 
 }  // namespace angio::meshing::detail

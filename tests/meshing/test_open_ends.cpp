@@ -1,12 +1,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <set>
+#include <string>
+#include <vector>
 
+#include "meshing/detail/lumen_draft.hpp"
 #include "meshing/detail/open_ends.hpp"
 #include "meshing/detail/pieces.hpp"
 #include "meshing/detail/triangle_blocks.hpp"
+#include "testing/meshing/analytic_vessels.hpp"
 #include "testing/shapes.hpp"
 
 namespace angio::meshing {
@@ -108,6 +113,31 @@ TEST(EndOpener, TakesNoOtherTipAway) {
   const Plane inside{{0, 0, 35}, {0, 0, 1}}, outside{{0, 0, 39}, {0, 0, 1}};
   EXPECT_EQ(opener.best_cut({inside}, 2.0, 1).verdict, EndOpener::Verdict::no_end);
   EXPECT_EQ(opener.best_cut({inside, outside}, 2.0, 1).verdict, EndOpener::Verdict::sound);
+}
+
+TEST(OpenSurface, KeepsAnUnevenRimWhereNoPlaneOpensTheEnd) {
+  // Any plane across the line at the inlet would take another end away, which lies in its mouth.
+  TriangleMesh tube = tests::make_tube(2.0, 40.0, 80, 32);
+  for (Vec3& v : tube.vertices)
+    if (v.z < 1e-9) v.z = 0.2 * std::cos(2.0 * std::atan2(v.y, v.x)) - 0.2;
+  std::vector<Vec3> points;
+  for (int i = 0; i <= 80; ++i) points.push_back({0.0, 0.0, 0.5 * i});
+  CenterlineTree tree;
+  tree.paths.push_back(test::make_path(0, points, std::vector<double>(points.size(), 2.0)));
+  const detail::LineEnd inlet{{0, 0, 0}, 2.0, 0, true}, outlet{{0, 0, 40}, 2.0, 0, false},
+      in_the_mouth{{2, 0, 0}, 0.3, 0, true};
+  std::vector<std::string> warnings;
+  const detail::OpenedSurface opened =
+      detail::open_surface(tube, tree, {inlet, outlet, in_the_mouth}, warnings);
+  ASSERT_EQ(boundary_loops(opened.draft.mesh).size(), 2U);
+  const Plane plane = opened.draft.rim_planes.at(0);
+  int count = 0;
+  for (std::size_t v = 0; v < opened.draft.rim.size(); ++v) {
+    if (opened.draft.rim[v] != 0) continue;
+    ++count;
+    EXPECT_NEAR(plane.signed_distance(opened.draft.mesh.vertices[v]), 0.0, 1e-9);
+  }
+  EXPECT_EQ(count, 32);
 }
 
 TEST(EndOpener, NoEndIsWhatGoesOnOrIsTooFarAcross) {
