@@ -241,6 +241,7 @@ std::vector<Tet> refill(const TetTopology& mesh, const std::vector<Vec3>& x,
       const TetFace other = mesh.across(t, c);
       if (other.tet >= 0 && std::binary_search(ordered.begin(), ordered.end(), other.tet)) continue;
       const Triangle f = mesh.face(t, c);
+      if (contains(f, without)) return {};  // beside a gap: the hollow would be open there
       outside.push_back({local(f[0]), local(f[1]), local(f[2])});
     }
   std::vector<Vec3> points;

@@ -103,17 +103,20 @@ class WallInside {
         if (is_inside && taken.insert(t).second) ring.triangles.push_back(corners);
       }
     const std::vector<std::vector<int>> loops = boundary_loops(ring);
+    if (loops.size() < 2) return std::nullopt;
     // The others are where the ring was left off: several, beside a fork.
-    const auto is_inner = [&](const std::vector<int>& loop) {
-      return std::all_of(loop.begin(), loop.end(), [&](int v) {
+    std::vector<std::pair<double, std::size_t>> farthest;  // way of each loop's farthest vertex
+    for (std::size_t l = 0; l < loops.size(); ++l) {
+      double most = 0.0;
+      for (const int v : loops[l]) {
         const auto found = way.find(v);
-        return found != way.end() && found->second < 0.5 * (inset + reach);
-      });
-    };
-    const auto inner = std::find_if(loops.begin(), loops.end(), is_inner);
-    if (inner == loops.end() || std::count_if(loops.begin(), loops.end(), is_inner) > 1)
-      return std::nullopt;
-    return describe(ring, *inner, corners_across(ring, loops));
+        most = std::max(most, found == way.end() ? 1e300 : found->second);
+      }
+      farthest.emplace_back(most, l);
+    }
+    std::sort(farthest.begin(), farthest.end());
+    if (loops.size() > 2 && farthest[1].first < reach) return std::nullopt;  // not one around it
+    return describe(ring, loops[farthest[0].second], corners_across(ring, loops));
   }
 
  private:

@@ -125,6 +125,20 @@ bool settle(Piece& piece) {
   return is_inside_out;
 }
 
+/// Whether a surface is open at vessels' ends alone, but for small holes. What was torn out of a
+/// folded surface has openings of any shape.
+bool is_open_at_ends(const TriangleMesh& mesh) {
+  constexpr double kEnd = 0.5, kSmall = 0.25;  // surface_rims.hpp; of the widest opening
+  constexpr std::size_t kMostCorners = 1000;
+  const std::vector<SurfaceRim> rims = surface_rims(mesh);
+  double widest = 0.0;
+  for (const SurfaceRim& rim : rims) widest = std::max(widest, rim.diameter_mm);
+  return std::all_of(rims.begin(), rims.end(), [&](const SurfaceRim& rim) {
+    return rim.loop.size() < kMostCorners &&
+           (rim.wall_along >= kEnd || rim.diameter_mm < kSmall * widest);
+  });
+}
+
 /// The lumen of a piece that is a vessel's wall; nothing of others.
 std::optional<Piece> lumen_in(const Piece& wall) {
   constexpr std::size_t kFew = 100;      // triangles show no vessel's wall
@@ -134,6 +148,7 @@ std::optional<Piece> lumen_in(const Piece& wall) {
   Piece lumen{hollow_of(wall.mesh)};
   if (lumen.mesh.triangles.empty()) return {};
   take_sheets_apart(lumen.mesh);
+  if (!is_open_at_ends(lumen.mesh)) return {};
   settle(lumen);
   if (lumen.volume < kLeastInside * wall.volume ||
       hollow_share_of(lumen.mesh, lumen.area) > kWallShare)

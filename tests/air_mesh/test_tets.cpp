@@ -232,6 +232,16 @@ TEST(Refill, FindsThatSchoenhardtsPolyhedronHasNoFilling) {
             volume_of(prism.tets, prism.x));
 }
 
+TEST(Refill, TakesNoPointAwayThatABorderRunsThrough) {
+  const Prism prism = make_prism(20.0 * kDegree);
+  for (const std::size_t gone : {std::size_t(0), std::size_t(3), prism.tets.size() - 1}) {
+    std::vector<Tet> tets = prism.tets;
+    tets.erase(tets.begin() + std::ptrdiff_t(gone));
+    const TetTopology air(tets);
+    EXPECT_TRUE(refill(air, prism.x, all_of(air), 1000, 6).empty()) << gone;
+  }
+}
+
 TEST(InnerPoint, LiesFarthestFromTheNearestFaceOfACube) {
   std::vector<Vec3> x;
   for (int i = 0; i < 8; ++i) x.push_back({double(i & 1), double(i >> 1 & 1), double(i >> 2 & 1)});
