@@ -98,8 +98,12 @@ bool fills(const Candidate& one, const Candidate& other) {
   constexpr double kFarMore = 2.0;
   if (one.run.has_contrast_medium != other.run.has_contrast_medium)
     return one.run.has_contrast_medium;
-  const Tails tails = compare_pixels(one, other);
-  return tails.darker > kFarMore * tails.brighter;
+  try {  // of damaged pixels the run that is taken tells
+    const Tails tails = compare_pixels(one, other);
+    return tails.darker > kFarMore * tails.brighter;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 /// The one that is asked for, or the largest; null: it is not a run that is wanted.
@@ -228,6 +232,11 @@ std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& optio
                               " frames" + (mask ? ", with its mask run" : "") +
                               (header.is_of_the_heart ? std::string(", ") + kOfTheHeart : "");
   loaded.warnings = found.warnings;
+  if (mask && mask->run.has_contrast_medium == chosen->run.has_contrast_medium)
+    loaded.warnings.push_back(detail::describe(found.all[mask->series], mask->series) +
+                              " was taken for the run's mask, by its pixels (" +
+                              (mask->run.has_contrast_medium ? "both name" : "neither names") +
+                              " a contrast medium). If it is filled, too, give the run alone");
   for (const std::string& note : chosen->run.notes)
     if (!note.starts_with("spacing:")) loaded.warnings.push_back(note);
   for (std::size_t s = 0; s < found.all.size(); ++s)

@@ -145,6 +145,15 @@ TEST(LesionReferences, AThroatInAThinStretchSaysHowWideItsSidesAreButNotAtTheBra
   EXPECT_NEAR(lesion.reference_diameter_mm, 4.0, 0.1);
   EXPECT_NEAR(lesion.beside_throat_mm, 2.4, 0.05);
   EXPECT_TRUE(lesion.is_in_thin_vessel());
+  // Without the throat, too: the stretch is no narrower than itself.
+  const auto thin = [](double s) {
+    return 4.0 - 1.6 * std::clamp((14.0 - std::abs(s - 60.0)) / 2.0, 0.0, 1.0);
+  };
+  const Lesion stretch = find_lesions(tree_of({line_of(thin, 120.0)}), {}).at(0);
+  ASSERT_TRUE(stretch.is_stenosis);
+  EXPECT_TRUE(stretch.is_in_thin_vessel());
+  const auto throat = [](double s) { return 4.0 * narrowed(s, 60.0, 3.0, 0.5); };
+  EXPECT_FALSE(find_lesions(tree_of({line_of(throat, 120.0)}), {}).at(0).is_in_thin_vessel());
   const auto near_end = [](double s) { return 4.0 * narrowed(s, 5.5, 3.0, 0.6); };
   for (const Lesion& at_end : find_lesions(tree_of({line_of(near_end, 80.0)}), {}))
     EXPECT_EQ(at_end.beside_throat_mm, 0.0);

@@ -16,6 +16,7 @@
 // Files of rotational runs: which are taken, and why others are not.
 namespace angio::segmentation {
 namespace {
+using testing::Contains;
 using testing::HasSubstr;
 
 constexpr int kFrames = 5, kRows = 6;
@@ -198,6 +199,7 @@ TEST_F(RotationalFiles, OfARunAndItsMaskTheFilledOneIsToldByItsPixels) {
       ASSERT_TRUE(loaded->masks) << first;
       EXPECT_LT(loaded->pictures->read(0, 1)[2], 60.0F) << first;
       EXPECT_GT(loaded->masks->read(0, 1)[2], 90.0F) << first;
+      EXPECT_THAT(loaded->warnings, Contains(HasSubstr("taken for the run's mask, by its pixels")));
     }
 }
 
