@@ -138,22 +138,27 @@ std::vector<double> tolerances(const Polyline& line) {
   return result;
 }
 
-/// The own points round which a line turns more than a vessel can be followed: by more than 20
-/// degrees from a step to the next, or 34 within a radius; in its parent's lumen it may.
-std::vector<char> find_turns(const Polyline& line, std::size_t first) {
-  constexpr double kMostStep = 0.940, kMostRadius = 0.829;  // cosines of 20 and 34 degrees
+/// The most that a line may turn: cosines.
+struct MostTurn {
+  double step, radius;  ///< from a step to the next, and within a radius
+};
+constexpr MostTurn kWished{0.940, 0.829};  ///< 20 and 34 degrees
+constexpr MostTurn kMust{0.914, 0.777};    ///< 24 and 39 degrees
+
+/// The own points round which a line turns more; in its parent's lumen it may.
+std::vector<char> find_turns(const Polyline& line, std::size_t first, const MostTurn& most_turn) {
   const std::size_t count = line.points.size();
   std::vector<char> turns(count, 0);
   std::vector<Vec3> along(count);
   for (std::size_t i = 0; i + 1 < count; ++i)
     along[i] = normalized(line.points[i + 1] - line.points[i]);
   for (std::size_t i = std::max<std::size_t>(first, 1); i + 1 < count; ++i) {
-    double most = kMostStep, length = 0.0;
+    double most = most_turn.step, length = 0.0;
     for (std::size_t k = i; k + 1 < count && length <= line.radius[i]; ++k) {
       if (dot(along[i - 1], along[k]) < most)
         std::fill(turns.begin() + std::ptrdiff_t(i), turns.begin() + std::ptrdiff_t(k) + 1, 1);
       length += distance(line.points[k], line.points[k + 1]);
-      most = kMostRadius;
+      most = most_turn.radius;
     }
   }
   return turns;
@@ -257,12 +262,12 @@ Vec3 bent_less(const std::vector<Vec3>& points, std::size_t i, std::size_t m) {
 /// it and it stays deep enough. Unlike a curve that is shortened, which turns all at once where it
 /// meets the core's edge, one that bends less takes a turn as wide as the core is.
 void relax_turns(Line& work, const Line* parent, const Surroundings& around,
-                 const LeastDepths& depths, double core) {
+                 const LeastDepths& depths, double core, const MostTurn& most_turn) {
   constexpr int kMostSweeps = 200;
   Polyline& line = work.line;
   const std::size_t count = line.points.size(), first = first_outside(work, parent);
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-    const std::vector<char> near = within_two_radii(line, find_turns(line, first));
+    const std::vector<char> near = within_two_radii(line, find_turns(line, first, most_turn));
     bool has_moved = false;
     const std::vector<Vec3> before = line.points;
     for (std::size_t i = std::max<std::size_t>(work.shared, 1); i + 1 < count; ++i) {
@@ -339,10 +344,16 @@ void check_widths(Line& work, const WallDistance& distance_to_wall) {
   reverse(line);
 }
 
-bool has_turns(const Line& work, const Line* parent) {
-  const std::vector<char> turns = find_turns(work.line, first_outside(work, parent));
+namespace {
+
+bool has_turns(const Line& work, const Line* parent, const MostTurn& most_turn) {
+  const std::vector<char> turns = find_turns(work.line, first_outside(work, parent), most_turn);
   return std::find(turns.begin(), turns.end(), 1) != turns.end();
 }
+
+}  // namespace
+
+bool has_turns(const Line& work, const Line* parent) { return has_turns(work, parent, kWished); }
 
 void straighten(Line& work, const Line* parent, const Surroundings& around,
                 const std::function<double(double)>& step) {
@@ -350,15 +361,17 @@ void straighten(Line& work, const Line* parent, const Surroundings& around,
   struct Shares {
     double core;   ///< of the traced voxels' depth
     double depth;  ///< of a section's depth, where the vessel turns back
+    MostTurn most_turn;
   };
-  // A line that still turns may leave the middle farther.
-  constexpr Shares kShares[] = {{kCore, 0.8}, {kCore, 0.7}, {0.3, 0.5}, {0.1, 0.5}};
-  for (const auto& [core, depth] : kShares) {
-    if (!has_turns(work, parent)) return;
+  // A line that still turns more than it must not may leave the middle farther.
+  constexpr Shares kShares[] = {
+      {kCore, 0.8, kWished}, {kCore, 0.7, kWished}, {0.3, 0.5, kMust}, {0.1, 0.5, kMust}};
+  for (const auto& [core, depth, most_turn] : kShares) {
+    if (!has_turns(work, parent, most_turn)) return;
     const LeastDepths depths(work, around, depth);
-    for (int round = 0; round < kMostRounds && has_turns(work, parent); ++round) {
+    for (int round = 0; round < kMostRounds && has_turns(work, parent, most_turn); ++round) {
       return_to_course(work, around, work.line.points, core);
-      relax_turns(work, parent, around, depths, core);
+      relax_turns(work, parent, around, depths, core, most_turn);
       check_widths(work, around.distance_to_wall);
       resample(work.line, work.shared, step);
     }
