@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/statistics.hpp"
+#include "core/text.hpp"
 #include "segmentation/detail/dicom_pictures.hpp"
 #include "segmentation/detail/dicom_series.hpp"
 #include "segmentation/detail/projection_angles.hpp"
@@ -199,6 +200,10 @@ std::vector<float> RunPictures::read(int first, int count) const {
 std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& options,
                                   RunGeometry geometry, const Progress& progress) {
   options.validate();
+  if (const std::string name = lower_extension(path); name == ".tif" || name == ".tiff")
+    throw InputError(path.filename().string() +
+                     " is a TIFF file, which is not read (it does not say its pixels' spacing). "
+                     "Save the stack as .nrrd or .mha, with the detector's spacing");
   if (geometry == RunGeometry::given && detail::is_volume_file_name(path) &&
       !fs::is_directory(path))
     return read_stack(path, options, progress);

@@ -126,6 +126,15 @@ TEST_F(RotationalFiles, ThatCannotGiveAVolumeAreRefusedWithTheReason) {
               HasSubstr("field of view is turned by 45 degrees"));
 }
 
+TEST_F(RotationalFiles, OfTiffAreRefusedWithWhatWouldDo) {
+  try {
+    (void)read_run("frames.tif", {}, RunGeometry::given);
+    FAIL() << "a TIFF file was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("Save the stack as .nrrd or .mha"));
+  }
+}
+
 TEST_F(RotationalFiles, OfTwoFramesAreRefused) {
   EXPECT_THAT(refusal_of([](DcmDataset& d) {
                 put(d, DCM_NumberOfFrames, "2");
