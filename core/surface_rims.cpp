@@ -151,7 +151,6 @@ class WallInside {
 /// Looks at rims that lean inwards a little inside, and beyond a flat lip that a cap has left;
 /// not at those of a few triangles.
 void look_inside(const TriangleMesh& mesh, std::vector<SurfaceRim>& rims) {
-  constexpr double kEnough = 0.5;
   // Around a hole in a tube's side the wall runs out the more, the farther from the hole: as much
   // as half a radius away only a tube's end shows nearly all of it. A mouth that flares does so a
   // radius inside.
@@ -159,7 +158,7 @@ void look_inside(const TriangleMesh& mesh, std::vector<SurfaceRim>& rims) {
   constexpr std::size_t kFew = 8;
   std::optional<WallInside> wall;
   for (SurfaceRim& rim : rims) {
-    if (rim.loop.size() < kFew || rim.wall_along >= kEnough) continue;
+    if (rim.loop.size() < kFew || rim.wall_along >= kVesselEnd) continue;
     if (!wall) wall.emplace(mesh);
     for (const auto& look : kLooks)
       if (const auto inside = wall->rim_at(rim, look.inset * 0.5 * rim.diameter_mm);

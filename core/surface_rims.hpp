@@ -27,6 +27,9 @@ struct SurfaceRim {
   double wall_along = 0.0;
 };
 
+/// From this share of `wall_along` on an opening is the end of a vessel, and no hole in its wall.
+inline constexpr double kVesselEnd = 0.5;
+
 /// Every opening of a surface whose triangles are turned alike, the longest rim first.
 std::vector<SurfaceRim> surface_rims(const TriangleMesh& mesh);
 

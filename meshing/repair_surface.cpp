@@ -103,8 +103,8 @@ double mean_diameter(const TriangleMesh& mesh, const std::vector<SurfaceRim>& ri
 
 /// Openings that are holes in the wall are filled; those that are ends of vessels stay.
 void fill_holes(Work& work) {
-  constexpr double kEnd = 0.5;  // of the wall runs along the opening, at least; surface_rims.hpp
-  constexpr double kInnerEnd = -0.8;  // likewise, of the inner side of a wall that has both sides
+  constexpr double kInnerEnd = -0.8;  // of the wall runs along the opening: the end of the inner
+                                      // side of a wall that has both sides
   constexpr double kLeast = 0.01;     // of the widest vessels' diameter: no scan shows both
   constexpr int kEach = 5;            // as many holes are told one by one
   std::vector<Count> holes;
@@ -112,7 +112,7 @@ void fill_holes(Work& work) {
   const std::vector<SurfaceRim> rims = surface_rims(work.mesh);
   const double least = kLeast * mean_diameter(work.mesh, rims);
   for (const SurfaceRim& rim : rims) {
-    const bool is_end = rim.wall_along >= kEnd || rim.wall_along <= kInnerEnd;
+    const bool is_end = rim.wall_along >= kVesselEnd || rim.wall_along <= kInnerEnd;
     if (rim.loop.size() > 3 && is_end && rim.diameter_mm >= least) continue;
     holes.emplace_back().add(rim.centre, rim.diameter_mm);
     filled.add(rim.centre, rim.diameter_mm);

@@ -128,14 +128,14 @@ bool settle(Piece& piece) {
 /// Whether a surface is open at vessels' ends alone, but for small holes. What was torn out of a
 /// folded surface has openings of any shape.
 bool is_open_at_ends(const TriangleMesh& mesh) {
-  constexpr double kEnd = 0.5, kSmall = 0.25;  // surface_rims.hpp; of the widest opening
+  constexpr double kSmall = 0.25;  // of the widest opening
   constexpr std::size_t kMostCorners = 1000;
   const std::vector<SurfaceRim> rims = surface_rims(mesh);
   double widest = 0.0;
   for (const SurfaceRim& rim : rims) widest = std::max(widest, rim.diameter_mm);
   return std::all_of(rims.begin(), rims.end(), [&](const SurfaceRim& rim) {
     return rim.loop.size() < kMostCorners &&
-           (rim.wall_along >= kEnd || rim.diameter_mm < kSmall * widest);
+           (rim.wall_along >= kVesselEnd || rim.diameter_mm < kSmall * widest);
   });
 }
 
