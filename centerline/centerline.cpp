@@ -87,6 +87,29 @@ struct Lumen {
   const GivenSurface* surface;  ///< that was filled; null: the level set's own wall is measured
 };
 
+/// Points of lines that lie over a voxel outside of the lumen, in words; empty: none, or too few to
+/// tell of. Lines reach up to a radius beyond open ends.
+std::string points_outside(const CenterlineTree& tree, const Volume<float>& level_set) {
+  constexpr double kShare = 0.01;
+  const double voxel = level_set.geometry.longest_spacing();
+  std::size_t all = 0;
+  std::vector<Vec3> outside;
+  for (const CenterlinePath& path : tree.paths)
+    for (std::size_t n = 0; n < path.points.size(); ++n) {
+      const double to_end = std::min(path.abscissa[n], path.abscissa.back() - path.abscissa[n]);
+      if (to_end < path.tube_radius[n]) continue;
+      ++all;
+      if (interpolate(level_set, path.points[n]) > voxel) outside.push_back(path.points[n]);
+    }
+  if (double(outside.size()) <= kShare * double(all)) return {};
+  const std::size_t count = outside.size();
+  outside = {outside[count / 2]};
+  return std::to_string(count) + " of " + std::to_string(all) +
+         " points of the lines lie outside the lumen, as " + at_places(outside) +
+         ": what is measured there is no lumen (a wall of two sides, a shape that is no vessel, or "
+         "several that touch). Look at the lines before you trust a number";
+}
+
 /// What level sets and surfaces have in common: the voxels tell where the lines run, the points of
 /// the wall where exactly their middle is.
 CenterlineResult extract_tree(const Lumen& lumen, LumenVoxels& voxels, const Openings& openings,
@@ -122,6 +145,8 @@ CenterlineResult extract_tree(const Lumen& lumen, LumenVoxels& voxels, const Ope
                                 " mm from the lumen; the end nearest to it was taken. Points are "
                                 "in LPS [mm]: check the order and the signs");
   }
+  if (std::string note = points_outside(result.tree, lumen.level_set); !note.empty())
+    result.warnings.push_back(std::move(note));
   for (std::string& pair : find_vessels_side_by_side(result.tree, lumen.level_set))
     result.warnings.push_back(
         std::move(pair) +

@@ -70,7 +70,7 @@ void write_text_atomically(const fs::path& path, std::string_view text) {
     std::ofstream file(temporary, std::ios::binary);
     if (!file)
       throw IoError("cannot create " + path.string() + " (" + std::strerror(errno) +
-                        "). Check the folder's permissions, or choose another with -o",
+                        "). Check the folder's permissions, or write to another",
                     ExitCode::cannot_create);
     file.write(text.data(), std::streamsize(text.size()));
     file.close();

@@ -80,7 +80,7 @@ void write(const std::filesystem::path& path, const Volume<Value>& volume, const
     std::ofstream file(temporary, std::ios::binary);
     if (!file)
       throw IoError("cannot create " + path.string() + " (" + std::strerror(errno) +
-                        "). Check the folder's permissions, or choose another with -o",
+                        "). Check the folder's permissions, or write to another",
                     ExitCode::cannot_create);
     const std::string header =
         nrrd_header(volume.geometry, type, is_packed ? "gzip" : "raw", fields);

@@ -23,6 +23,19 @@ N = 6
 VOXELS = struct.pack(f"<{N**3}h", *[(i * 37) % 400 for i in range(N**3)])
 
 
+def tiff(compression):
+    """Pages of N x N 16-bit pixels, a strip each."""
+    content, strip = struct.pack("<2sHI", b"II", 42, 8), N * N * 2
+    for page in range(N):
+        data = len(content) + 2 + 9 * 12 + 4
+        tags = {256: N, 257: N, 258: 16, 259: compression, 262: 1, 273: data, 277: 1, 278: N, 279: strip}
+        content += struct.pack("<H", len(tags))
+        content += b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags.items())
+        content += struct.pack("<I", data + strip if page + 1 < N else 0)
+        content += VOXELS[page * strip:(page + 1) * strip]
+    return content
+
+
 def volumes():
     head = (f"NRRD0005\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: {N} {N} {N}\n"
             "space directions: (0.5,0,0) (0,0.5,0) (0,0,0.7)\nkinds: domain domain domain\nendian: little\n"
@@ -37,6 +50,8 @@ def volumes():
     packed = zlib.compress(VOXELS)
     put("metaimage", "zlib.mha",
         (mha % "True").replace("Offset", f"CompressedDataSize = {len(packed)}\nOffset").encode() + packed)
+    put("tiff", "stack.tif", tiff(compression=1))
+    put("tiff", "said_to_be_lzw.tif", tiff(compression=5))
     nii = bytearray(352)
     struct.pack_into("<i", nii, 0, 348)
     struct.pack_into("<8h", nii, 40, 3, N, N, N, 1, 1, 1, 1)

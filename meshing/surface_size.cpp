@@ -109,7 +109,7 @@ struct VesselSizes {  // [mm]; the header says why
            extent.holds(mm * size.extent);
   }
 };
-constexpr VesselSizes kPossible{{1.5, 80.0}, {0.8, 60.0}, {4.0, 1200.0}};
+constexpr VesselSizes kPossible{{1.0, 80.0}, {0.8, 60.0}, {4.0, 1200.0}};
 constexpr VesselSizes kUsual{{2.5, 60.0}, {1.2, 35.0}, {4.0, 600.0}};
 constexpr double kField = 500.0;  // [mm] of a scanner
 constexpr LengthUnit kGuessed[] = {LengthUnit::mm, LengthUnit::cm, LengthUnit::m};

@@ -73,7 +73,8 @@ struct UnitGuess {
 /// the numbers of an aorta in cm. Then that one is taken in which the size is a usual one (2.5 to
 /// 60 mm wide, 1.2 to 35 mm in the median, up to 600 mm long: from the coronaries and the arteries
 /// of the brain to the aorta), and mm if it still is one of several. So what may be wrong is what
-/// is told: a tree in mm whose widest vessel is below 2.5 mm, and an aorta in cm that is wider.
+/// is told: a tree in mm whose widest vessel is below 2.5 mm (unless it would be over 600 mm long
+/// in the others), and an aorta in cm that is wider.
 /// What is a vessel in no unit where it lies has been moved: then its place says nothing.
 UnitGuess guess_unit(const SurfaceSize& size);
 

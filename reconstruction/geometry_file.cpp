@@ -125,14 +125,16 @@ std::vector<Matrix> read_csv(const std::filesystem::path& file, const std::strin
 }
 
 /// In our axes and in pixels.
-Matrix from_rtk(const Matrix& rtk, double column_spacing_mm, double row_spacing_mm, int columns,
-                int rows) {
+Matrix from_rtk(const Matrix& rtk, const DetectorPixels& pixels) {
   Matrix matrix{};
   for (std::size_t row = 0; row < 3; ++row)
     matrix[row] = {rtk[row][0], -rtk[row][2], rtk[row][1], rtk[row][3]};
-  for (std::size_t k = 0; k < 4; ++k) {
-    matrix[0][k] = matrix[0][k] / column_spacing_mm + 0.5 * (columns - 1) * matrix[2][k];
-    matrix[1][k] = matrix[1][k] / row_spacing_mm + 0.5 * (rows - 1) * matrix[2][k];
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double spacing = pixels.spacing_mm[side];
+    const double zero = pixels.first_mm ? -(*pixels.first_mm)[side] / spacing
+                                        : 0.5 * (pixels.count[side] - 1);  // which pixel lies there
+    for (std::size_t k = 0; k < 4; ++k)
+      matrix[side][k] = matrix[side][k] / spacing + zero * matrix[2][k];
   }
   return matrix;
 }
@@ -224,22 +226,28 @@ std::string rtk_geometry(const std::vector<ConeBeamFrame>& frames) {
   return xml + "</RTKThreeDCircularGeometry>\n";
 }
 
-std::vector<ConeBeamFrame> read_geometry(const std::filesystem::path& file, int columns, int rows,
-                                         double column_spacing_mm, double row_spacing_mm) {
+std::vector<ConeBeamFrame> read_geometry(const std::filesystem::path& file,
+                                         const DetectorPixels& pixels) {
   const std::string text = read_text(file);
   const std::size_t begin = text.find_first_not_of(" \t\r\n\xef\xbb\xbf");
   const bool is_xml = begin != std::string::npos && text[begin] == '<';
   std::vector<Matrix> matrices = is_xml ? read_xml(file, text) : read_csv(file, text);
   if (matrices.empty())
     refuse(file, "holds no matrix. Give RTK's XML, or a CSV of twelve numbers a line");
+  const bool has_spacing = pixels.spacing_mm[0] > 0.0 && pixels.spacing_mm[1] > 0.0;
+  if (is_xml && !has_spacing)
+    refuse(file,
+           "is RTK's, in mm on the detector, but the frames state no pixel spacing. Give it "
+           "with --spacing, or a CSV of matrices in pixels");
   if (is_xml)
-    for (Matrix& matrix : matrices)
-      matrix = from_rtk(matrix, column_spacing_mm, row_spacing_mm, columns, rows);
+    for (Matrix& matrix : matrices) matrix = from_rtk(matrix, pixels);
+  const auto [columns, rows] = pixels.count;
   const Vec3 middle = looked_at(matrices, columns, rows);
   std::vector<ConeBeamFrame> frames;
   for (const Matrix& matrix : matrices)
-    frames.push_back(as_far_as_its_pixels(
-        angiogram::frame_from_matrix(matrix, middle, columns, rows), column_spacing_mm));
+    frames.push_back(
+        as_far_as_its_pixels(angiogram::frame_from_matrix(matrix, middle, columns, rows),
+                             has_spacing ? pixels.spacing_mm[0] : 1.0));
   return frames;
 }
 

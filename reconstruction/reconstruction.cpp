@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "reconstruction/detail/collimator.hpp"
 #include "reconstruction/detail/few_views.hpp"
 #include "reconstruction/detail/frame_checks.hpp"
 #include "reconstruction/detail/gating.hpp"
@@ -82,6 +83,18 @@ std::string doubt_of_path(const RunQuality& quality) {
       "the volume is poor. Trust no diameter without looking at the frames "
       "(reconstruction/frames.nrrd, the report's sheet)",
       residual, is_fitted ? "" : ", and the C-arm's path could not be fitted to them");
+}
+
+/// What was found of a collimator that no header names.
+std::string doubt_of_leaves(const RotationalRun& run) {
+  if (!run.open_field) return {};
+  const OpenField whole = whole_field(run.frames.front()), open = *run.open_field;
+  return fmt::format(
+      "a collimator, or a filter before the beam, that the header does not name stands in all "
+      "frames: {} columns at the left, {} at the right, {} rows above and {} below were left out. "
+      "Look whether it is one (reconstruction/frames.nrrd, the report's sheet)",
+      open.first_column, whole.last_column - open.last_column, open.first_row,
+      whole.last_row - open.last_row);
 }
 
 std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality& quality) {
@@ -164,7 +177,8 @@ Reconstruction reconstruct_once(const RotationalRun& run, double air,
                                 const ReconstructionOptions& options, const Progress& progress) {
   const Orbit orbit = fit_orbit(run.frames);
   const PlaneGrid plane = plane_grid(run.frames, orbit);
-  const Field field = common_field(run.frames, orbit);
+  const Field field =
+      common_field(run.frames, orbit, run.open_field.value_or(whole_field(run.frames.front())));
   const Grids grids = make_grids(orbit, field, plane, options);
   Reconstruction result;
   result.frames = run.frames;
@@ -234,6 +248,18 @@ Alignment align(const RotationalRun& run, double air, const Reconstruction& from
   return alignment;
 }
 
+/// Have frames that were moved lost sight of each other? Then what they were fitted to is no
+/// vessel.
+bool ran_away(const RotationalRun& run) {
+  try {
+    common_field(run.frames, fit_orbit(run.frames),
+                 run.open_field.value_or(whole_field(run.frames.front())));
+    return false;
+  } catch (const InputError&) {
+    return true;
+  }
+}
+
 /// Reconstructs, moves the frames, and so on, until they stay.
 /// @param is_gated  the vessels breathe from frame to frame, as the C-arm sways
 Reconstruction calibrate(const RotationalRun& given_run, double air,
@@ -268,10 +294,10 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
   const double given =
       judged.fitted > 0 ? judged.moved_pixels : std::numeric_limits<double>::quiet_NaN();
   double last = given;
-  bool was_from_afar = false;
+  bool was_from_afar = false, is_lost = false;
   int passes = 0;
   Reconstruction as_given;
-  for (bool stays = !(given > coarse * kEnough); !stays && passes < kMostPasses;) {
+  for (bool stays = !(given > coarse * kEnough); !stays && !is_lost && passes < kMostPasses;) {
     const double blur = std::max(kBlur, first_blur / double(1 << passes));
     const Alignment found =
         align(given_run, air, result, motions, 1, coarse * blur, part_of(passes, 1.0));
@@ -285,9 +311,11 @@ Reconstruction calibrate(const RotationalRun& given_run, double air,
     take_out_common(motions);
     for (std::size_t f = 0; f < motions.size(); ++f)
       run.frames[f] = moved(given_run.frames[f], motions[f]);
-    result = reconstruct_once(run, air, options, part_of(++passes, 0.0));
+    ++passes;
+    is_lost = ran_away(run);
+    if (!is_lost) result = reconstruct_once(run, air, options, part_of(passes, 0.0));
   }
-  if (passes > 0 && last > kWorthIt * given) {
+  if (is_lost || (passes > 0 && last > kWorthIt * given)) {
     // The fit cannot tell the path from its noise: the header's stands.
     result = std::move(as_given);
     run.frames = given_run.frames;
@@ -356,7 +384,7 @@ RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bo
   check_views(frames);
   const Orbit orbit = fit_orbit(frames);
   const PlaneGrid plane = plane_grid(frames, orbit);
-  const Field field = common_field(frames, orbit);
+  const Field field = common_field(frames, orbit, whole_field(frames.front()));
   RunForecast forecast;
   forecast.quality = judge(has_masks, orbit, plane, field);
   forecast.quality.method = method_for(options, orbit);
@@ -383,21 +411,27 @@ std::optional<HeartForecast> forecast_heart(const std::vector<double>& times_s,
   return forecast;
 }
 
-Reconstruction reconstruct_volume(const RotationalRun& run, const ReconstructionOptions& options,
-                                  const Progress& progress) {
+Reconstruction reconstruct_volume(const RotationalRun& given_run,
+                                  const ReconstructionOptions& options, const Progress& progress) {
+  RotationalRun run = given_run;
   options.validate();
   ANGIO_EXPECT(run.pictures != nullptr);
   check(run.frames);
   fit_orbit(run.frames);  // refuses what does not turn, before pixels are read
   check_views(run.frames);
   const double air = run.masks ? 1.0 : options.air > 0.0 ? options.air : unattenuated(run);
+  std::string doubt_of_field;
+  if (!run.open_field) {
+    run.open_field = open_field(run);
+    doubt_of_field = doubt_of_leaves(run);
+  }
   const Gate gate = gate_run(run, air, options, part(progress, 0.0, 0.1));
   const GatedRun gated(run, gate.frames);
   const Progress rest = part(progress, options.gating == Gating::off ? 0.0 : 0.1, 1.0);
   const RotationalRun& taken = gate.quality.is_gated ? gated.run() : run;
   check_views(taken.frames);  // a narrow phase may leave few
-  std::vector<std::string> doubts{gate.warning, doubt_of_relation(run), doubt_of_scale(run, air),
-                                  doubt_of_filling(run)};
+  std::vector<std::string> doubts{doubt_of_field, gate.warning, doubt_of_relation(run),
+                                  doubt_of_scale(run, air), doubt_of_filling(run)};
   ReconstructionOptions settled = options;
   settled.method = method_for(options, fit_orbit(taken.frames));
   Reconstruction result = reconstruct_anywhere(taken, air, settled, gate.quality.is_gated, rest);

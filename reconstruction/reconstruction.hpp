@@ -52,6 +52,10 @@ struct OpenField {
   int first_column = 0, last_column = 0, first_row = 0, last_row = 0;
 };
 
+inline OpenField whole_field(const angiogram::ConeBeamFrame& frame) {
+  return {0, frame.columns - 1, 0, frame.rows - 1};
+}
+
 /// A rotational run: contrast medium in the vessels, and the same turn without it where there is
 /// one.
 struct RotationalRun {

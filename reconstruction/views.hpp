@@ -64,7 +64,8 @@ struct TreeOfViews {
   double skew_mm = 0.0;    ///< of the views' rays to the same places (detail/view_by_view.hpp)
   bool by_view = false;    ///< each view was measured by itself, for that is over two pixels
   /// Why the tree is not determined: of a whole tree (no ends were named) from two views that
-  /// explains less than six tenths of what looks like a vessel in one of them. Empty: it is.
+  /// explains less than six tenths of what looks like a vessel in one of them; of one vessel
+  /// between whose named ends the views' medium agrees badly. Empty: it is.
   std::string doubt;
   std::vector<std::string> warnings;
 };

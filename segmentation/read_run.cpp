@@ -168,9 +168,25 @@ class StackPictures : public RunPictures {
   Volume<float> stack_;
 };
 
+/// Zero is what a header has that does not say it: then, or in the middle, the picture's middle is
+/// the detector's.
+void place_first_pixel(const VolumeGeometry& g, LoadedRun& loaded) {
+  constexpr double kSame = 0.05;  // of a pixel
+  const std::array<double, 2> first{g.origin.x, g.origin.y};
+  const double columns = g.spacing.x, rows = g.spacing.y;
+  if (first[0] == 0.0 && first[1] == 0.0) return;
+  if (std::abs(first[0] + 0.5 * (g.size[0] - 1) * columns) < kSame * columns &&
+      std::abs(first[1] + 0.5 * (g.size[1] - 1) * rows) < kSame * rows)
+    return;
+  loaded.first_pixel_mm = first;
+}
+
 LoadedRun read_stack(const fs::path& path, ReadOptions options, const Progress& progress) {
   if (!options.unit)
     options.unit = LengthUnit::mm;  // a detector's pixels may be as fine as they are
+  const bool has_spacing =
+      detail::volume_file_format(path) != "TIFF" || options.spacing_mm[0] > 0.0;
+  if (!has_spacing) options.spacing_mm = {1.0, 1.0, 1.0};  // matrices in pixels need none
   LoadedVolume file = read_volume(path, options, progress);
   const auto stack = std::make_shared<StackPictures>(std::move(file.volume));
   LoadedRun loaded;
@@ -178,7 +194,14 @@ LoadedRun read_stack(const fs::path& path, ReadOptions options, const Progress& 
   loaded.columns = g.size[0];
   loaded.rows = g.size[1];
   loaded.frame_count = g.size[2];
-  loaded.run.detector_spacing_mm = {g.spacing.x, g.spacing.y};
+  if (has_spacing) loaded.run.detector_spacing_mm = {g.spacing.x, g.spacing.y};
+  place_first_pixel(g, loaded);
+  if (has_spacing && g.spacing.x == 1.0 && g.spacing.y == 1.0)
+    loaded.warnings.emplace_back(
+        "the stack's pixels are said to be 1 x 1 mm on the detector. If that is only what its "
+        "writer "
+        "puts where nothing is known, put the detector's into its header: RTK's geometry rests on "
+        "it");
   loaded.run.pixel_relation = "LIN";
   loaded.pictures = stack;
   loaded.source_description =
@@ -200,10 +223,6 @@ std::vector<float> RunPictures::read(int first, int count) const {
 std::optional<LoadedRun> read_run(const fs::path& path, const ReadOptions& options,
                                   RunGeometry geometry, const Progress& progress) {
   options.validate();
-  if (const std::string name = lower_extension(path); name == ".tif" || name == ".tiff")
-    throw InputError(path.filename().string() +
-                     " is a TIFF file, which is not read (it does not say its pixels' spacing). "
-                     "Save the stack as .nrrd or .mha, with the detector's spacing");
   if (geometry == RunGeometry::given && detail::is_volume_file_name(path) &&
       !fs::is_directory(path))
     return read_stack(path, options, progress);

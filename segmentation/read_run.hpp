@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -40,6 +41,8 @@ class RunPictures {
 struct LoadedRun {
   ProjectionRun run;  ///< its angles settled, one a frame (none of a stack)
   int columns = 0, rows = 0, frame_count = 0;
+  /// Where a stack's header has its first pixel on the detector [mm]; none: it does not say it.
+  std::optional<std::array<double, 2>> first_pixel_mm;
   std::shared_ptr<const RunPictures> pictures;
   std::shared_ptr<const RunPictures> masks;  ///< frame by frame; null: there is no mask run
   std::string source_description;            ///< "X-Ray Angiographic Image Storage, 200 frames"

@@ -63,10 +63,11 @@ std::vector<fs::path> volume_files_in(const fs::path& path) {
 
 [[noreturn]] void fail_without_dicom(const fs::path& path) {
   if (!fs::is_directory(path))
-    throw InputError(path.filename().string() +
-                     " holds no DICOM, and is no volume file (.nrrd .nhdr .mha .mhd .nii .nii.gz "
-                     ".vti .vtk). Give one of these, a zip archive of DICOM files, or a surface "
-                     "(.stl .vtp .vtk .vtu .ply .obj .off .msh .mesh .glb .gltf)");
+    throw InputError(
+        path.filename().string() +
+        " holds no DICOM, and is no volume file (.nrrd .nhdr .mha .mhd .nii .nii.gz "
+        ".vti .vtk .tif .tiff). Give one of these, a zip archive of DICOM files, or a surface "
+        "(.stl .vtp .vtk .vtu .ply .obj .off .msh .mesh .glb .gltf)");
   const auto files = volume_files_in(path);
   if (!files.empty())
     throw InputError("the folder " + path.string() + " holds no DICOM, but " +

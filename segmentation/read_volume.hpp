@@ -55,7 +55,8 @@ struct LoadedVolume {
 };
 
 /// Reads a DICOM folder, file, DICOMDIR or zip archive, .nrrd .nhdr .mha .mhd .nii .nii.gz .vti
-/// .vtk. Whatever the input holds, the program survives it: files are parsed in a child process.
+/// .vtk .tif .tiff. Whatever the input holds, the program survives it: files are parsed in a child
+/// process.
 ///
 /// @throws InputError (65, or 66 if there is nothing) with the reason and what to do
 LoadedVolume read_volume(const std::filesystem::path& path, const ReadOptions& options,
@@ -133,7 +134,8 @@ struct SeriesSummary {
   std::vector<Label> labels;  ///< of a volume file that is a label map; empty: an image
 };
 
-/// Is it a file, and named as a volume file is? .nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk
+/// Is it a file, and named as a volume file is? .nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk .tif
+/// .tiff
 bool is_volume_file(const std::filesystem::path& path);
 
 /// Does a folder hold a DICOM object, of whatever kind? Reads headers only.

@@ -87,7 +87,7 @@ void add_warnings(const SimulationOptions& options, int slow_frames, SimulationS
   if (slow_frames > 0) {
     std::snprintf(
         text, sizeof text,
-        "the forces on balloon and wall are off balance by up to %.0f %%, and by more than "
+        "the forces on balloon and wall are off balance by up to %.1f %%, and by more than "
         "%.0f %% in %d of %d frames; the solver needs shorter time steps or more sweeps "
         "to balance them (simulation.frame_s, simulation.sweeps)",
         100.0 * summary.worst_residual, 100.0 * kWarnResidual, slow_frames, summary.frame_count);

@@ -35,6 +35,7 @@ th[aria-sort=ascending] button::after{content:" \25B2"}th[aria-sort=descending] 
 .text{text-align:left;max-width:24rem}.reason:not(:empty){min-width:14rem}td img{width:6rem;height:4.5rem;object-fit:contain;display:block}
 small{font-weight:400;opacity:.75}.failed .status,.interrupted .status{color:var(--bad);font-weight:600}
 .stale .status,.doubt .status{color:var(--doubt);font-weight:600}
+tr[data-status=no_lesion] td.measure{opacity:.6;font-style:italic}
 .figures{display:flex;flex-wrap:wrap;gap:1rem}figure{margin:0}figure img{max-width:100%}
 .sheet{display:grid;grid-template-columns:repeat(auto-fill,minmax(20rem,1fr));gap:1rem}
 .sheet article{border:1px solid var(--line);padding:.6rem}.sheet img{width:100%;display:block;margin-top:.4rem}
@@ -105,9 +106,10 @@ std::optional<double> number_at(const SummaryCase& one, const char* pointer) {
   return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
-std::string number_cell(std::optional<double> value, const std::string& format) {
-  if (!value) return "<td data-value=\"\">–</td>";
-  return fmt::format("<td data-value=\"{:.17g}\">{}</td>", *value,
+std::string number_cell(std::optional<double> value, const std::string& format,
+                        const char* kind = "measure") {
+  if (!value) return fmt::format("<td class=\"{}\" data-value=\"\">–</td>", kind);
+  return fmt::format("<td class=\"{}\" data-value=\"{:.17g}\">{}</td>", kind, *value,
                      fmt::format(fmt::runtime(format), *value));
 }
 
@@ -142,8 +144,8 @@ std::string row_of(const fs::path& folder, const SummaryCase& one) {
   row += fmt::format("<td data-value=\"{}\" title=\"{}\">{}</td>", one.warnings.size(),
                      escape_html(warnings), one.warnings.size());
   const bool was_run = one.seconds > 0.0;
-  row += number_cell(was_run ? std::optional(one.seconds) : std::nullopt, "{:.0f}");
-  row += number_cell(was_run ? std::optional(one.peak_memory_mib) : std::nullopt, "{:.0f}");
+  row += number_cell(was_run ? std::optional(one.seconds) : std::nullopt, "{:.0f}", "cost");
+  row += number_cell(was_run ? std::optional(one.peak_memory_mib) : std::nullopt, "{:.0f}", "cost");
   return row + "</tr>\n";
 }
 
@@ -334,6 +336,11 @@ std::string summary_page(const fs::path& folder, const std::vector<SummaryCase>&
       status_choices(cases), table_head());
   for (const SummaryCase& one : cases) body += row_of(folder, one);
   body += "</tbody></table></div>\n";
+  if (std::any_of(cases.begin(), cases.end(),
+                  [](const SummaryCase& one) { return shown_status(one) == "no_lesion"; }))
+    body +=
+        "<p><small>In italics: no stenosis was found there; what stands in the columns is a trial "
+        "balloon's in a healthy vessel, and not in the figures below.</small></p>\n";
   std::string figures;
   for (const SummaryMeasure& measure : summary_measures()) {
     const std::string figure = spread_figure(cases, measure);

@@ -52,7 +52,7 @@ void add_case_options(CLI::App& command, RunArguments& run) {
       .add_option(
           "--geometry", run.request.geometry,
           "where X-ray frames were taken, instead of what their header says: RTK's XML, or\n"
-          "CSV of 3 x 4 matrices; INPUT may then be a stack of frames (.mha .nrrd ...)")
+          "CSV of 3 x 4 matrices; INPUT may then be a stack of frames (.mha .nrrd .tif ...)")
       ->type_name("FILE");
   command
       .add_option(
@@ -88,7 +88,8 @@ void add_run_command(CLI::App& app, RunArguments& run) {
   CLI::App& command = *app.add_subcommand(
       "run",
       "every stage, from the input to the report\n"
-      "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk), a\n"
+      "INPUT: a DICOM folder or file, a volume (.nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk "
+      ".tif), a\n"
       "lumen surface or mesh (.stl .vtp .vtk .vtu .ply .obj .off .msh .mesh .glb .gltf), or\n"
       "phantom:NAME[,key=value...]; none with a preset of the seed paper's experiments\n"
       "(paper-...); or pacs://AET@HOST:PORT/STUDY_UID[/SERIES_UID]");

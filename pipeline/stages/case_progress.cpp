@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <iterator>
 
 #include "core/error.hpp"
 #include "core/printable.hpp"
@@ -28,6 +26,10 @@ bool is_run(const RunRequest& request, InputKind kind) {
       throw Error(ExitCode::usage,
                   "--geometry belongs to X-ray frames (DICOM, or a stack as a volume file); INPUT "
                   "is something else");
+    if (!fs::is_regular_file(request.geometry))
+      throw InputError(fmt::format("there is no geometry file {} (no such file). Check the path",
+                                   request.geometry.string()),
+                       ExitCode::no_input);
     return true;
   }
   if (kind != InputKind::volume || !is_dicom(input)) return false;
@@ -61,11 +63,7 @@ std::string why_again(const StageDefinition& stage, const Config& config, const 
 
 bool is_dicom(const std::string& input) {
   if (input.empty() || input_kind(input) != InputKind::volume) return false;
-  constexpr const char* kVolumeFiles[] = {".nrrd", ".nhdr", ".mha", ".mhd",
-                                          ".nii",  ".gz",   ".vti", ".vtk"};
-  const std::string extension = fs::path(input).extension().string();
-  return fs::is_directory(input) || std::find(std::begin(kVolumeFiles), std::end(kVolumeFiles),
-                                              extension) == std::end(kVolumeFiles);
+  return !segmentation::is_volume_file(input);
 }
 
 bool applies(const StageDefinition& stage, const RunRecord& record) {
@@ -90,6 +88,8 @@ RunRecord describe_input(const RunRequest& given, const CaseFolder& folder) {
   }
   RunRecord record;
   const InputKind kind = input_kind(request.input);
+  if (kind == InputKind::phantom && request.config.surface_unit)
+    throw Error(ExitCode::usage, "--unit belongs to files; a phantom is in mm");
   const bool is_exact = kind == InputKind::phantom && !request.config.experiment.empty();
   record.input_kind = name(is_exact                ? InputKind::surface
                            : is_run(request, kind) ? InputKind::run

@@ -150,6 +150,14 @@ Placement no_placement(const std::vector<centerline::Lesion>& lesions, const std
                       place_of(worst), reason)};
 }
 
+/// The vessel that a balloon is chosen for. At a healthy place the tree's reference opens nothing:
+/// there it is the vessel right beside, where that is thinner.
+double vessel_to_open_mm(const centerline::Lesion& lesion) {
+  const double beside = lesion.beside_throat_mm;
+  return !lesion.is_stenosis && beside > 0.0 ? std::min(beside, lesion.reference_diameter_mm)
+                                             : lesion.reference_diameter_mm;
+}
+
 /// The lesions' stretches with the diameter of the balloon that would be brought there.
 std::vector<meshing::WidenedStretch> stretches_to_widen(
     const std::vector<centerline::Lesion>& lesions, double nominal_diameter_mm) {
@@ -159,7 +167,7 @@ std::vector<meshing::WidenedStretch> stretches_to_widen(
       stretches.push_back({lesion.path_id, lesion.proximal_mm, lesion.distal_mm,
                            nominal_diameter_mm > 0.0
                                ? nominal_diameter_mm
-                               : meshing::usual_balloon_diameter_mm(lesion.reference_diameter_mm)});
+                               : meshing::usual_balloon_diameter_mm(vessel_to_open_mm(lesion))});
   return stretches;
 }
 
@@ -183,7 +191,7 @@ Placement place_on_a_lesion(StageWork& work, const MeshingSettings& settings,
         meshing::BalloonSetup setup = meshing::place_balloon(
             lumen, treated, path_of(treated, lesion.path_id), lesion.abscissa_mm, lesion.length_mm,
             lesion.reference_diameter_mm,
-            balloon_options(balloon, is_usual, lesion.reference_diameter_mm),
+            balloon_options(balloon, is_usual, vessel_to_open_mm(lesion)),
             part(work.progress, 0.5, 0.9));
         const bool is_asked_for = is_place_given || is_balloon_given || balloon.length_mm > 0.0;
         if (!lesion.is_stenosis && !is_asked_for) reason = reason_not_to_try(setup.balloon);
@@ -231,6 +239,16 @@ void tell_of_balloon(StageWork& work, const centerline::LesionOptions& asked,
   work.warnings.push_back(placement.reason);
 }
 
+/// Docs tell what a finer mesh changes of the default's numbers, not of a coarser one's.
+void tell_of_coarseness(StageWork& work, const meshing::LumenMeshOptions& options) {
+  const double usual = meshing::LumenMeshOptions{}.edges_per_circumference;
+  if (options.edge_length_mm == 0.0 && options.edges_per_circumference < usual)
+    work.warnings.push_back(fmt::format(
+        "the mesh is coarse, {:g} edges around the vessel where the default is {:g} (the preset "
+        "draft, or mesh.edges_per_circumference): take its numbers for a first look",
+        options.edges_per_circumference, usual));
+}
+
 /// Plaque that is brighter than the blood is calcified; a surface or a label map shows none.
 void show_calcium(StageWork& work, meshing::WallLayers& wall) {
   constexpr double kWorthSaying = 0.1;  // mm^3: less is a voxel or two
@@ -268,6 +286,7 @@ void do_meshing(StageWork& work, const MeshingSettings& settings) {
                                 widened)
           : meshing::mesh_lumen(read_level_set(work.files), tree, options, lumen_progress, widened);
   keep(work.warnings, lumen.warnings);
+  tell_of_coarseness(work, options);
   FilledLumen filled;
   Beside filling;
   if (settings.get<&Config::fill_lumen>())

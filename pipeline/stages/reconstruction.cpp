@@ -37,10 +37,8 @@ ConeBeamFrame mirrored(const ConeBeamFrame& frame) {
 
 std::vector<ConeBeamFrame> frames_by_file(const LoadedRun& loaded,
                                           const std::filesystem::path& file) {
-  const auto& spacing = loaded.run.detector_spacing_mm;
   std::vector<ConeBeamFrame> frames = reconstruction::read_geometry(
-      file, loaded.columns, loaded.rows, spacing[0] > 0.0 ? spacing[0] : 1.0,
-      spacing[1] > 0.0 ? spacing[1] : 1.0);
+      file, {{loaded.columns, loaded.rows}, loaded.run.detector_spacing_mm, loaded.first_pixel_mm});
   if (int(frames.size()) != loaded.frame_count)
     throw InputError(
         fmt::format("the geometry file {} holds {} frames, the run {} (it is another "

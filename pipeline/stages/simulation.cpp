@@ -79,9 +79,10 @@ json balloon_json(const simulation::BalloonMaterial& membrane,
     keep(warnings,
          {fmt::format(
              "the balloon kinks at its peak, {:.1f} mm from the inlet (its membrane folds by "
-             "{:.0f} degrees there; the vessel bends too sharply for its length). What "
-             "lies there is not to be trusted: choose a shorter balloon "
-             "(balloon.length_mm) or another place",
+             "{:.0f} degrees there: the vessel bends too sharply for its length, or it is wider or "
+             "under more pressure than fits there). What lies there is not to be trusted: choose a "
+             "shorter or smaller balloon (balloon.length_mm, balloon.nominal_diameter_mm), less "
+             "pressure or another place",
              project(path, fold.place), fold.angle_degrees)});
   return {{"material", membrane.name},
           {"elongation_mm", finite_or_null(simulation::elongation_mm(model, peak.balloon))},
@@ -173,6 +174,16 @@ struct Simulated {
   double most_dogboning_percent;  ///< NaN: it was not watched
 };
 
+/// Why no balloon reaches its peak. One in a thousand bursts at its rated burst pressure.
+std::string burst_reason(double peak_atm, double rated_atm) {
+  constexpr double kBursts = 1.5;
+  if (!(rated_atm > 0.0) || peak_atm <= kBursts * rated_atm) return {};
+  return fmt::format(
+      "a balloon bursts before {:.1f} atm, {:.1f} times its rated burst pressure of {:.1f} atm; "
+      "nothing here models that. Ask for less (inflation.peak_pressure_atm)",
+      peak_atm, peak_atm / rated_atm, rated_atm);
+}
+
 /// Of the folder's frames the lumen's profile, the mesh after, and the numbers.
 void write_result(StageWork& work, const SimulationSettings& settings, const json& placement,
                   const Simulated& simulated) {
@@ -222,7 +233,8 @@ void write_result(StageWork& work, const SimulationSettings& settings, const jso
   reached["balloon"]["rated_burst_atm"] = rated > 0.0 ? json(rated) : json();
   reached["peak"].update(contact_json(model, frames.peak()));
   reached["simulation"]["guard"] = guard.state;
-  reached["guard_reason"] = guard.reason;
+  const std::string burst = burst_reason(frames.peak().pressure_atm, rated);
+  reached["guard_reason"] = burst.empty() ? guard.reason : burst;
   reached["balloon"]["widening_beside_lesion"] = widening ? json(widening->ratio) : json();
   reached["balloon"]["dogboning_max_percent"] = finite_or_null(most_dogboning);
   if (frames.last().wall_stress) {

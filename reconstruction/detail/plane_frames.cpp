@@ -23,19 +23,21 @@ PlanePoint on_plane(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t 
   return {dot(met, orbit.across(index)), dot(met, orbit.axis)};
 }
 
-std::array<PlanePoint, 4> corners(const ConeBeamFrame& frame, const Orbit& orbit,
-                                  std::size_t index) {
-  const double c = frame.columns - 1, r = frame.rows - 1;
-  return {on_plane(frame, orbit, index, 0, 0), on_plane(frame, orbit, index, c, 0),
-          on_plane(frame, orbit, index, 0, r), on_plane(frame, orbit, index, c, r)};
+std::array<PlanePoint, 4> corners(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
+                                  const OpenField& open) {
+  const auto corner = [&](int column, int row) {
+    return on_plane(frame, orbit, index, column, row);
+  };
+  return {corner(open.first_column, open.first_row), corner(open.last_column, open.first_row),
+          corner(open.first_column, open.last_row), corner(open.last_column, open.last_row)};
 }
 
 /// What a frame sees whole along a coordinate of its plane, whichever way the picture is turned:
 /// between the inner two corners.
 SeenRange seen_range(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
-                     double PlanePoint::*coordinate) {
+                     const OpenField& open, double PlanePoint::*coordinate) {
   std::array<double, 4> along{};
-  const auto met = corners(frame, orbit, index);
+  const auto met = corners(frame, orbit, index, open);
   std::transform(met.begin(), met.end(), along.begin(),
                  [&](const PlanePoint& corner) { return corner.*coordinate; });
   std::sort(along.begin(), along.end());
@@ -47,14 +49,14 @@ SeenRange seen_range(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t
 PlaneGrid plane_grid(const std::vector<ConeBeamFrame>& frames, const Orbit& orbit) {
   std::vector<double> sizes;
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    const auto corner = corners(frames[f], orbit, f);
+    const auto corner = corners(frames[f], orbit, f, whole_field(frames[f]));
     const double width = std::hypot(corner[1].u - corner[0].u, corner[1].v - corner[0].v);
     sizes.push_back(width / std::max(1, frames[f].columns - 1));
   }
   std::nth_element(sizes.begin(), sizes.begin() + std::ptrdiff_t(sizes.size() / 2), sizes.end());
   PlaneGrid grid;
   grid.sample_mm = sizes[sizes.size() / 2];
-  const auto corner = corners(frames.front(), orbit, 0);
+  const auto corner = corners(frames.front(), orbit, 0, whole_field(frames.front()));
   const auto count = [&](double length) { return int(std::lround(length / grid.sample_mm)) + 1; };
   const auto [least_u, most_u] = std::minmax({corner[0].u, corner[1].u, corner[2].u, corner[3].u});
   const auto [least_v, most_v] = std::minmax({corner[0].v, corner[1].v, corner[2].v, corner[3].v});
@@ -81,13 +83,15 @@ PlaneFrame place_on_plane(const ConeBeamFrame& frame, const Orbit& orbit, std::s
   return place;
 }
 
-double seen_half_width(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index) {
-  const SeenRange across = seen_range(frame, orbit, index, &PlanePoint::u);
+double seen_half_width(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
+                       const OpenField& open) {
+  const SeenRange across = seen_range(frame, orbit, index, open, &PlanePoint::u);
   return std::min(-across.low, across.high);
 }
 
-SeenRange seen_height(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index) {
-  return seen_range(frame, orbit, index, &PlanePoint::v);
+SeenRange seen_height(const ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
+                      const OpenField& open) {
+  return seen_range(frame, orbit, index, open, &PlanePoint::v);
 }
 
 std::vector<double> across_mm(const PlaneFrame& place, const PlaneGrid& grid) {

@@ -5,6 +5,7 @@
 #include "reconstruction/detail/back_projection.hpp"
 #include "reconstruction/detail/orbit.hpp"
 #include "reconstruction/detail/plane_samples.hpp"
+#include "reconstruction/reconstruction.hpp"
 
 /// Frames as if their detectors stood in the plane through the axis that faces the source, their
 /// rows across the axis.
@@ -24,14 +25,16 @@ PlaneGrid plane_grid(const std::vector<angiogram::ConeBeamFrame>& frames, const 
 PlaneFrame place_on_plane(const angiogram::ConeBeamFrame& frame, const Orbit& orbit,
                           std::size_t index, const PlaneGrid& grid);
 
-/// How far along u a frame sees from the axis to both sides, on its plane, in all of its rows [mm].
-double seen_half_width(const angiogram::ConeBeamFrame& frame, const Orbit& orbit,
-                       std::size_t index);
+/// How far along u a frame's open field sees from the axis to both sides, on its plane, in all of
+/// its rows [mm].
+double seen_half_width(const angiogram::ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
+                       const OpenField& open);
 /// The same along v, up and down.
 struct SeenRange {
   double low = 0.0, high = 0.0;
 };
-SeenRange seen_height(const angiogram::ConeBeamFrame& frame, const Orbit& orbit, std::size_t index);
+SeenRange seen_height(const angiogram::ConeBeamFrame& frame, const Orbit& orbit, std::size_t index,
+                      const OpenField& open);
 
 /// u of a frame's samples [mm], shape [u_count].
 std::vector<double> across_mm(const PlaneFrame& place, const PlaneGrid& grid);

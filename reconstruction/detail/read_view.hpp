@@ -7,12 +7,6 @@
 
 namespace angio::reconstruction::detail {
 
-/// The part of a picture that no collimator covers, less its blurred edge: a leaf lies along a side
-/// of the picture, lets less than half of the beam through (or is painted over with more than
-/// twice of it), and ends in a straight line.
-/// @param picture  line integrals, shape [rows, columns]
-OpenField open_field(const std::vector<float>& picture, int columns, int rows);
-
 /// A view's picture of its vessels, and their lines.
 /// @param air      as RunQuality::unattenuated
 /// @param covered  pixels that are no picture, 1; empty: none

@@ -8,12 +8,13 @@
 
 namespace angio::reconstruction::detail {
 
-Field common_field(const std::vector<angiogram::ConeBeamFrame>& frames, const Orbit& orbit) {
+Field common_field(const std::vector<angiogram::ConeBeamFrame>& frames, const Orbit& orbit,
+                   const OpenField& open) {
   Field field{1e9, -1e9, 1e9};
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    const double half = seen_half_width(frames[f], orbit, f), away = orbit.radius[f];
+    const double half = seen_half_width(frames[f], orbit, f, open), away = orbit.radius[f];
     field.radius = std::min(field.radius, half * away / std::hypot(half, away));
-    const SeenRange seen = seen_height(frames[f], orbit, f);
+    const SeenRange seen = seen_height(frames[f], orbit, f, open);
     field.low = std::max(field.low, seen.low);
     field.high = std::min(field.high, seen.high);
   }

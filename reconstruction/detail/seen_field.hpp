@@ -14,8 +14,10 @@ struct Field {
   double radius = 0.0, low = 0.0, high = 0.0;  ///< [mm], along the axis from the isocentre
 };
 
+/// @param open  the part of each frame that sees
 /// @throws InputError  no place is seen by every frame
-Field common_field(const std::vector<angiogram::ConeBeamFrame>& frames, const Orbit& orbit);
+Field common_field(const std::vector<angiogram::ConeBeamFrame>& frames, const Orbit& orbit,
+                   const OpenField& open);
 
 struct Grids {
   ColumnGrid columns;

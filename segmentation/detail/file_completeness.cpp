@@ -340,7 +340,7 @@ void check_closed(const fs::path& path) {
 void check_complete(const fs::path& path, VolumePart part) {
   const std::string format = volume_file_format(path);
   if (format == "VTK image" && lower_extension(path) != ".vtk") return check_closed(path);
-  if (format == "NIfTI") return;  // counted where it is read
+  if (format == "NIfTI" || format == "TIFF") return;  // counted where it is read
   const bool is_nrrd = format == "NRRD";
   const bool is_legacy_vtk = format == "VTK image";
   const Layout layout = is_legacy_vtk ? legacy_vtk_layout(path)

@@ -58,6 +58,11 @@ std::string refusal_of_distances(const ProjectionRun& run) {
            format_number(*run.source_to_detector_mm) + " and " +
            format_number(*run.source_to_isocentre_mm) +
            " mm; its header is damaged). Give its geometry with --geometry";
+  constexpr double kLeastMm = 300.0;  // of the smallest C-arms, for hands: 360
+  if (*run.source_to_detector_mm < kLeastMm)
+    return "the run's detector is said to be " + format_number(*run.source_to_detector_mm) +
+           " mm from the source, which is no C-arm's (a distance in cm?). Give its geometry with "
+           "--geometry";
   if (!(run.detector_spacing_mm[0] > 0.0))
     return "the run does not state its detector's pixel spacing. Export it again, or give its "
            "geometry with --geometry";

@@ -57,6 +57,7 @@ std::string volume_file_format(const std::filesystem::path& path) {
   if (name.ends_with(".mha") || name.ends_with(".mhd")) return "MetaImage";
   if (name.ends_with(".nii") || name.ends_with(".nii.gz")) return "NIfTI";
   if (name.ends_with(".vti") || name.ends_with(".vtk")) return "VTK image";
+  if (name.ends_with(".tif") || name.ends_with(".tiff")) return "TIFF";
   return {};
 }
 

@@ -9,7 +9,7 @@
 
 namespace angio::segmentation::detail {
 
-/// Whether a name ends like a volume file: .nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk.
+/// Whether a name ends like a volume file: .nrrd .nhdr .mha .mhd .nii .nii.gz .vti .vtk .tif .tiff.
 bool is_volume_file_name(const std::filesystem::path& path);
 
 /// The format in words, e.g. "NRRD".

@@ -3,6 +3,7 @@
 #include <itkMetaImageIO.h>
 #include <itkMultiThreaderBase.h>
 #include <itkNrrdImageIO.h>
+#include <itkTIFFImageIO.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -22,6 +23,7 @@ using Image = itk::Image<float, 3>;
 
 itk::ImageIOBase::Pointer make_io(const std::string& format) {
   if (format == "NRRD") return itk::NrrdImageIO::New().GetPointer();
+  if (format == "TIFF") return itk::TIFFImageIO::New().GetPointer();
   return itk::MetaImageIO::New().GetPointer();
 }
 
@@ -155,6 +157,14 @@ void check_image_information(const itk::ImageIOBase& io, const std::string& name
       throw InputError(name + " has several time points (one volume is needed). Give one of them");
 }
 
+/// A TIFF file states the size of a print's dots at most, so that its spacing must be given.
+void require_given_spacing(const std::string& name, const ReadOptions& options) {
+  if (options.spacing_mm[0] <= 0.0)
+    throw InputError(name +
+                     " states no voxel spacing (no TIFF file does, and no length can be measured). "
+                     "Give --spacing X,Y,Z in mm");
+}
+
 VolumeGeometry geometry_of(const itk::ImageIOBase& io) {
   VolumeGeometry geometry;
   for (unsigned int axis = 0; axis < 3; ++axis) {
@@ -187,8 +197,15 @@ VolumeFile load_with_itk(const std::filesystem::path& path, VolumePart part,
   const std::string name = path.filename().string();
   const std::string format = volume_file_format(path);
   VolumeFile file;
-  const bool has_spacing = check_header_text(path, format, options, file.warnings);
-  check_data_files(path);
+  bool has_spacing = false;
+  if (format == "TIFF") {
+    require_given_spacing(name, options);
+    file.warnings.push_back(std::string("the file names ") + kNoPatientSpace +
+                            "; its axes were taken as LPS");
+  } else {
+    has_spacing = check_header_text(path, format, options, file.warnings);
+    check_data_files(path);
+  }
   // A thread per core would take more address space than the child may have; none is of use here.
   itk::MultiThreaderBase::SetGlobalDefaultNumberOfThreads(1);
   itk::ImageIOBase::Pointer io = make_io(format);

@@ -167,6 +167,9 @@ TEST_F(RotationalRuns, CutShortOrWithAnotherGeometryLeaveNothingBehind) {
     EXPECT_FALSE(fs::exists(folder_.path() / "case"));
   };
   expect_refused(run(input, "case", "--geometry '" + table + "'"), "not finite");
+  const ProgramResult missing = run(input, "case", "--geometry '" + (folder_ / "none.csv") + "'");
+  EXPECT_EQ(missing.exit_code, 66);
+  EXPECT_THAT(missing.error, HasSubstr("there is no geometry file"));
   fs::resize_file(file, fs::file_size(file) / 2);
   expect_refused(run(input, "case"), "ends within its pixels");
   expect_refused(run(input, "case", "--until reconstruction"), "nothing to reconstruct");

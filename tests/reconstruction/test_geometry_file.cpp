@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <regex>
 #include <string>
@@ -27,7 +28,7 @@ class GeometryFile : public testing::Test {
     return file;
   }
   std::vector<ConeBeamFrame> read(const std::string& text) {
-    return read_geometry(write(text), 96, 64, 0.75, 0.75);
+    return read_geometry(write(text), {{96, 64}, {0.75, 0.75}});
   }
   std::string refusal(const std::string& text) {
     try {
@@ -68,6 +69,21 @@ TEST_F(GeometryFile, OfRtkComesBack) {
     expect_same_view(frames[f], back[f]);
     EXPECT_LT(distance(back[f].first_pixel, frames[f].first_pixel), 1e-5);  // and stands there
   }
+}
+
+TEST_F(GeometryFile, OfRtkIsOfTheMillimetresThatTheStackLiesIn) {
+  // The first pixel lies 3 mm farther along the columns than the middle has it, 1.5 mm less down.
+  const auto frames = strange_frames();
+  const auto file = write(rtk_geometry(frames));
+  const std::array<double, 2> first{-0.5 * 95 * 0.75 + 3.0, -0.5 * 63 * 0.75 - 1.5};
+  const auto off = read_geometry(file, {{96, 64}, {0.75, 0.75}, first});
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const auto x = ConeBeamView(frames[f]).see({3, -5, 8}),
+               y = ConeBeamView(off[f]).see({3, -5, 8});
+    EXPECT_NEAR(y.column, x.column - 3.0 / 0.75, 1e-5);
+    EXPECT_NEAR(y.row, x.row + 1.5 / 0.75, 1e-5);
+  }
+  EXPECT_THROW(read_geometry(file, {{96, 64}, {0.0, 0.0}}), InputError);
 }
 
 /// What RTK makes of the nine numbers (rtkThreeDCircularProjectionGeometry.cxx): translation,
@@ -137,7 +153,7 @@ TEST_F(GeometryFile, ThatIsDamagedIsRefusedWithItsPlace) {
   EXPECT_THAT(refusal("<a>"), HasSubstr("XML"));
   EXPECT_THAT(refusal("<a></a>"), HasSubstr("not RTK's"));
   EXPECT_THAT(refusal("0,0,0,0,0,0,0,0,0,0,0,0\n"), HasSubstr("no inverse"));
-  EXPECT_THROW(read_geometry(folder_.path() / "none.csv", 96, 64, 1, 1), Error);
+  EXPECT_THROW(read_geometry(folder_.path() / "none.csv", {{96, 64}, {1.0, 1.0}}), Error);
 }
 
 }  // namespace

@@ -128,6 +128,20 @@ TEST(Views, WithMuchThatTheTreeDoesNotExplainAreInDoubt) {
   EXPECT_EQ(reconstruct_views(views.run, asked_for(kNarrowed, views)).doubt, "");
 }
 
+TEST(Views, OfNamedEndsThatShowDifferentThingsAreInDoubt) {
+  // The second view's ends are those of a vessel narrowed elsewhere that no medium fills beyond.
+  const Tube other{kNarrowed.from, kNarrowed.from + 0.5 * (kNarrowed.to - kNarrowed.from), 1.5,
+                   0.3};
+  TwoViews views({kNarrowed});
+  const TubePictures one({kNarrowed}, views.told), second({other}, views.told);
+  const ApartPictures pictures(one, second);
+  views.run.pictures = &pictures;
+  ViewsOptions options = asked_for(kNarrowed, views);
+  options.ends[1] = asked_for(other, views).ends[1];
+  EXPECT_THAT(reconstruct_views(views.run, options).doubt,
+              AllOf(HasSubstr("not determined"), HasSubstr("medium agrees")));
+}
+
 TEST(Views, OfTwoVesselsGiveTheOneThatIsAskedFor) {
   const Tube other{{14.0, 3.0, -18.0}, {12.0, -4.0, 18.0}, 1.0, 1.0};
   const TwoViews views({kNarrowed, other});

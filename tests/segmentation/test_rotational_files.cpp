@@ -3,15 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "formats/nrrd.hpp"
 #include "segmentation/read_run.hpp"
 #include "tests/segmentation/dicom_encoders.hpp"
 #include "tests/segmentation/dicom_objects.hpp"
+#include "tests/segmentation/tiff_stack.hpp"
 
 // Files of rotational runs: which are taken, and why others are not.
 namespace angio::segmentation {
@@ -126,13 +130,38 @@ TEST_F(RotationalFiles, ThatCannotGiveAVolumeAreRefusedWithTheReason) {
               HasSubstr("field of view is turned by 45 degrees"));
 }
 
-TEST_F(RotationalFiles, OfTiffAreRefusedWithWhatWouldDo) {
-  try {
-    (void)read_run("frames.tif", {}, RunGeometry::given);
-    FAIL() << "a TIFF file was taken";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("Save the stack as .nrrd or .mha"));
-  }
+/// A stack of frames whose header has its first pixel somewhere.
+LoadedRun stack_with_origin(const std::filesystem::path& file, const Vec3& origin) {
+  Volume<float> stack;
+  stack.geometry.size = {8, 6, 4};
+  stack.geometry.spacing = {0.5, 0.4, 1.0};
+  stack.geometry.origin = origin;
+  stack.values.assign(8 * 6 * 4, 1.0F);
+  formats::write_nrrd(file, stack);
+  return *read_run(file, {}, RunGeometry::given);
+}
+
+TEST_F(RotationalFiles, StacksLieOnTheDetectorWhereTheirHeaderSays) {
+  const auto file = folder() / "stack.nrrd";
+  // In the middle, and where nothing is said.
+  EXPECT_FALSE(stack_with_origin(file, {-1.75, -1.0, 0.0}).first_pixel_mm);
+  EXPECT_FALSE(stack_with_origin(file, {0.0, 0.0, 0.0}).first_pixel_mm);
+  const LoadedRun off = stack_with_origin(file, {3.0, -2.0, 0.0});
+  ASSERT_TRUE(off.first_pixel_mm);
+  EXPECT_NEAR((*off.first_pixel_mm)[0], 3.0, 1e-9);
+  EXPECT_NEAR((*off.first_pixel_mm)[1], -2.0, 1e-9);
+}
+
+TEST_F(RotationalFiles, TiffStacksNeedNoSpacingButDoNotMakeOneUp) {
+  const auto file = folder() / "stack.tif";
+  std::ofstream(file, std::ios::binary) << tests::tiff_stack(6, 5, 4);
+  const LoadedRun bare = *read_run(file, {}, RunGeometry::given);
+  EXPECT_EQ(bare.frame_count, 4);
+  EXPECT_EQ(bare.run.detector_spacing_mm[0], 0.0);
+  EXPECT_EQ(bare.pictures->read(2, 1)[7], 2011.0F);
+  ReadOptions options;
+  options.spacing_mm = {0.3, 0.3, 1.0};
+  EXPECT_EQ(read_run(file, options, RunGeometry::given)->run.detector_spacing_mm[0], 0.3);
 }
 
 TEST_F(RotationalFiles, OfTwoFramesAreRefused) {

@@ -19,6 +19,7 @@
 #include "formats/nrrd.hpp"
 #include "segmentation/read_volume.hpp"
 #include "testing/temporary_folder.hpp"
+#include "tests/segmentation/tiff_stack.hpp"
 
 namespace angio::segmentation {
 namespace {
@@ -217,6 +218,25 @@ TEST_F(VolumeFiles, WithoutSpacingOrWithOtherUnitsOrSkewAreRefused) {
       << "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
          "ElementDataFile = LOCAL\n01234567";
   EXPECT_THAT(error_of(file("bare.mha")).what(), HasSubstr("states no voxel spacing"));
+}
+
+TEST_F(VolumeFiles, ATiffStackIsReadWithTheSpacingThatIsGiven) {
+  const std::string bytes = tests::tiff_stack(5, 4, 3);
+  std::ofstream(file("stack.tif"), std::ios::binary) << bytes;
+  EXPECT_THAT(error_of(file("stack.tif")).what(), HasSubstr("no TIFF file does"));
+  ReadOptions options;
+  options.spacing_mm = {0.4, 0.5, 0.6};
+  const auto volume = read_volume(file("stack.tif"), options).volume;
+  EXPECT_EQ(volume.geometry.size, (std::array{5, 4, 3}));
+  EXPECT_DOUBLE_EQ(volume.geometry.spacing.y, 0.5);
+  for (int k = 0; k < 3; ++k)
+    for (int j = 0; j < 4; ++j)
+      for (int i = 0; i < 5; ++i) EXPECT_EQ(volume.at(i, j, k), float(1000 * k + 10 * j + i));
+  // Cut within its last page, and no TIFF at all.
+  std::ofstream(file("cut.tif"), std::ios::binary) << bytes.substr(0, bytes.size() - 12);
+  EXPECT_THROW(read_volume(file("cut.tif"), options), InputError);
+  std::ofstream(file("words.tif")) << "not a volume\n";
+  EXPECT_THROW(read_volume(file("words.tif"), options), InputError);
 }
 
 TEST_F(VolumeFiles, WhatIsNoVolumeButIsNamedForOneIsCalledSo) {

@@ -109,7 +109,7 @@ background:linear-gradient(90deg,#3b4d8c,#73a6bf 35%,#f2d980 65%,#bf261a)}
 @media (max-width:700px){.row,.pairs,.sections{grid-template-columns:1fr}
 .tiles{grid-template-columns:1fr 1fr}.charts{grid-template-columns:1fr}
 .on-wide{display:none}.on-narrow{display:block}#scene svg.chart{font-size:20px}body{padding:16px 14px 40px}}
-@media print{#scene,#section-slider{display:none}:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
+@media print{#scene-part,#section-slider{display:none}td:not(.text){white-space:nowrap}:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;
 --panel:#fff;--warn:#fff;--grid:#ddd;--band:#f3f3f3;--c1:#1f6fc4;--c2:#d9690f}
 body{max-width:none;padding:0;font-size:11.5px}h2{break-after:avoid}
 .tree img{max-height:430px}.card,figure,.table{break-inside:avoid}.card .value{font-size:17px}

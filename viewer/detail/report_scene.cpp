@@ -234,7 +234,8 @@ std::string scene_bytes(const ReportContent& content) {
 std::string scene_section(const ReportContent& content) {
   if (content.lumen.triangles.empty()) return {};
   return std::string(
-             "<section><h2>In three dimensions</h2>\n<div id=\"scene\"><p class=\"sub\">"
+             "<section id=\"scene-part\"><h2>In three dimensions</h2>\n<div id=\"scene\"><p "
+             "class=\"sub\">"
              "<button type=\"button\" id=\"scene-open\" hidden>Open the scene</button> Tree, wall, "
              "balloon") +
          (content.volume ? ", wire and scan" : " and wire") +

@@ -12,7 +12,7 @@ namespace {
 using angiogram::SeenSegment;
 using angiogram::ViewMap;
 
-constexpr double kLeft = 58, kRight = 30, kTop = 22, kBottom = 48;  // [px]
+constexpr double kLeft = 58, kRight = 30, kTop = 22, kBottom = 54;  // [px]
 constexpr double kWide = 760, kNarrow = 420;                        // [px]
 constexpr double kSeam = 0.4;                                       // what neighbours share [px]
 constexpr double kTick = 30.0, kFineTick = 10.0;                    // [degrees]
@@ -114,14 +114,14 @@ std::string draw_axes(const Paper& paper) {
                       : kTick * paper.scale > 50.0   ? kTick
                                                      : 2 * kTick;
   for (double p = std::ceil(paper.primary_low / step) * step; p <= paper.primary_high; p += step)
-    out += text(paper.x(p), bottom + 16, "tick mid",
+    out += text(paper.x(p), bottom + 22, "tick mid",
                 p == 0.0 ? "AP" : (p < 0 ? "RAO " : "LAO ") + degrees(p));
   const double rise = kFineTick * paper.scale > 30.0 ? kFineTick : 2 * kFineTick;
   for (double s = std::ceil(paper.secondary_low / rise) * rise; s <= paper.secondary_high;
        s += rise)
     out += text(kLeft - 6, paper.y(s) + 4, "tick end",
                 s == 0.0 ? "0" : (s < 0 ? "CAU " : "CRA ") + degrees(s));
-  return out + text(kLeft + 0.5 * (paper.width - kLeft - kRight), bottom + 38, "tick mid",
+  return out + text(kLeft + 0.5 * (paper.width - kLeft - kRight), bottom + 44, "tick mid",
                     "C-arm, to the right (RAO) and left (LAO) [degrees]");
 }
 

@@ -91,8 +91,12 @@ ViewWindow::ViewWindow(const fs::path& case_folder, const ViewOptions& options, 
   help_ = make_help();
   front_->AddActor2D(help_);
   open_case();
-  if (options.frame >= 0 && !views_->data().frames.empty())
+  if (options.frame >= 0 && !views_->data().frames.empty()) {
+    if (const int last = views_->data().frames.back().frame; options.frame > last)
+      throw Error(ExitCode::usage, "--frame " + std::to_string(options.frame) +
+                                       ": the case's frames end with " + std::to_string(last));
     views_->show_frame(detail::nearest_frame(views_->data().frames, options.frame));
+  }
   clip_widget_->AddObserver(vtkCommand::InteractionEvent, this, &ViewWindow::on_clip);
   window_->AddObserver(vtkCommand::StartEvent, this, &ViewWindow::on_draw);
   interactor_->AddObserver(vtkCommand::KeyPressEvent, this, &ViewWindow::on_key);
@@ -210,7 +214,7 @@ void ViewWindow::run() {
   interactor_->Initialize();
   interactor_->CreateRepeatingTimer(kTickMs);
   window_->Render();
-  if (!ClosingSignals::has_come()) interactor_->Start();
+  if (!is_closing_ && !ClosingSignals::has_come()) interactor_->Start();
 }
 
 void ViewWindow::tick() {
