@@ -208,6 +208,19 @@ void add_tree(CenterlineTree tree, CenterlineTree& lines) {
   }
 }
 
+double longest_mm(const CenterlineTree& tree) {
+  double longest = 0.0;
+  for (const CenterlinePath& path : tree.paths) longest = std::max(longest, path.abscissa.back());
+  return longest;
+}
+
+double widest_mm(const CenterlineTree& tree) {
+  double widest = 0.0;
+  for (const CenterlinePath& path : tree.paths)
+    for (const double radius : path.inscribed_radius) widest = std::max(widest, 2.0 * radius);
+  return widest;
+}
+
 /// Whether a piece beside the largest is worth lines: a stump, of which hardly more is seen than
 /// its cut ends, is not.
 bool is_long(const CenterlineTree& tree) {
@@ -246,6 +259,11 @@ CenterlineResult extract(const Lumen& lumen, const CenterlineOptions& options,
     }
   }
   if (result.tree_count == 0) throw InputError(refusal);
+  if (result.tree_count == 1 && longest_mm(result.tree) < widest_mm(result.tree))
+    result.warnings.push_back(
+        "the lines are shorter than the lumen is wide: it is no vessel (a block, an organ, a "
+        "chamber, "
+        "or what lies around vessels). Give the lumen alone");
   result.left_out = std::max(0.0, result.left_out);
   if (found.piece_count > 1)
     result.warnings.push_back(

@@ -238,7 +238,8 @@ void tell_of_diffuse(StageWork& work, const std::vector<centerline::Lesion>& les
 }
 
 /// Tells of the stenoses that would be far worse, or far less, by the vessel beside them.
-void tell_of_references(StageWork& work, const std::vector<centerline::Lesion>& lesions) {
+void tell_of_references(StageWork& work, const CenterlineTree& tree,
+                        const std::vector<centerline::Lesion>& lesions) {
   const auto tell = [&](const centerline::Lesion& lesion, std::string_view where, double width_mm,
                         std::string_view what) {
     work.warnings.push_back(fmt::format(
@@ -258,6 +259,14 @@ void tell_of_references(StageWork& work, const std::vector<centerline::Lesion>& 
     if (lesion.has_wide_sides())
       tell(lesion, "before and behind it the same vessel is, in the mean of both, up to",
            lesion.widest_beside_mm, "dilated beside it, or narrow on its way to it?");
+    const double to_end = path_of(tree, lesion.path_id).abscissa.back() - lesion.distal_mm;
+    if (!(lesion.reference_distal_mm > 0.0) && to_end < lesion.reference_diameter_mm)
+      work.warnings.push_back(fmt::format(
+          "{} on line {}, {:.1f} mm from the inlet, rests on the vessel before it: the line ends "
+          "{:.1f} mm behind the stenosis, and no healthy vessel is seen there. A vessel that "
+          "tapers "
+          "to its end looks the same. Look before a balloon is chosen by it (--balloon)",
+          kDoubtfulReference, lesion.path_id, lesion.abscissa_mm, std::max(0.0, to_end)));
   }
 }
 
@@ -300,7 +309,7 @@ void do_centerline(StageWork& work, const CenterlineSettings& settings) {
   tell_of_small_vessels(work, lesions, settings.get<&Config::lesion>().min_reference_mm);
   tell_of_doubtful(work, lesions);
   tell_of_diffuse(work, lesions);
-  tell_of_references(work, lesions);
+  tell_of_references(work, result.tree, lesions);
   write_text_atomically(work.out / "lesions.json",
                         to_json(lesions, result.tree, resolution).dump(2) + "\n");
 }

@@ -193,6 +193,10 @@ TEST(UnitGuess, KnowsWhatNoScannerShows) {
   const UnitGuess artery = guess_unit(of_sizes(3.4, 3.0, 16.0));
   EXPECT_EQ(artery.unit, LengthUnit::mm);
   EXPECT_THAT(artery.others, testing::ElementsAre(LengthUnit::cm));
+  // So does a thin one, but an aorta is not that long.
+  const UnitGuess thin = guess_unit(of_sizes(1.37, 1.16, 84.7));
+  EXPECT_EQ(thin.unit, LengthUnit::mm);
+  EXPECT_THAT(thin.others, testing::ElementsAre(LengthUnit::cm));
   // What is a vessel in no unit is left alone, without a claim.
   const UnitGuess none = guess_unit(of_sizes(3.0, 2.0, 100000.0));
   EXPECT_EQ(none.unit, LengthUnit::mm);
