@@ -377,14 +377,15 @@ void ReconstructionOptions::validate() const {
 }
 
 RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bool has_masks,
-                         const ReconstructionOptions& options) {
+                         const ReconstructionOptions& options,
+                         const std::optional<OpenField>& open) {
   constexpr double kPartOfPixel = 0.1, kPartWhereSparse = 0.2;
   options.validate();
   check(frames);
   check_views(frames);
   const Orbit orbit = fit_orbit(frames);
   const PlaneGrid plane = plane_grid(frames, orbit);
-  const Field field = common_field(frames, orbit, whole_field(frames.front()));
+  const Field field = common_field(frames, orbit, open.value_or(whole_field(frames.front())));
   RunForecast forecast;
   forecast.quality = judge(has_masks, orbit, plane, field);
   forecast.quality.method = method_for(options, orbit);

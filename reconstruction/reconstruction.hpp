@@ -192,9 +192,11 @@ struct RunForecast {
 
 /// @param frames     of one size
 /// @param has_masks  are they to be subtracted?
+/// @param open       RotationalRun::open_field
 /// @throws InputError  as reconstruct_volume(), for what no pixels are needed
 RunForecast forecast_run(const std::vector<angiogram::ConeBeamFrame>& frames, bool has_masks,
-                         const ReconstructionOptions& options);
+                         const ReconstructionOptions& options,
+                         const std::optional<OpenField>& open = {});
 
 /// What gating will leave of a run, should its vessels move.
 struct HeartForecast {

@@ -199,12 +199,13 @@ std::optional<Forecast> forecast_of(const std::string& input, const Config& conf
   }
   if (!loaded) return {};
   try {
-    return Forecast{reconstruction::forecast_run(frames_by_header(*loaded),
-                                                 loaded->masks != nullptr, config.reconstruction),
-                    reconstruction::forecast_heart(in_seconds(loaded->run.frame_times_ms),
-                                                   in_seconds(loaded->run.r_wave_times_ms),
-                                                   config.reconstruction),
-                    loaded->source_description};
+    return Forecast{
+        reconstruction::forecast_run(frames_by_header(*loaded), loaded->masks != nullptr,
+                                     config.reconstruction, open_field_of(*loaded)),
+        reconstruction::forecast_heart(in_seconds(loaded->run.frame_times_ms),
+                                       in_seconds(loaded->run.r_wave_times_ms),
+                                       config.reconstruction),
+        loaded->source_description};
   } catch (const InputError& error) {
     fmt::print(stderr, "`angio run` makes no volume of it: {}\n", error.what());
     return {};

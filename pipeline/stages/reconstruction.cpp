@@ -138,6 +138,12 @@ std::vector<ConeBeamFrame> frames_by_header(const LoadedRun& loaded) {
   return frames;
 }
 
+std::optional<reconstruction::OpenField> open_field_of(const LoadedRun& loaded) {
+  const auto& open = loaded.run.open_field;
+  if (!open) return {};
+  return reconstruction::OpenField{(*open)[0] - 1, (*open)[1] - 1, (*open)[2] - 1, (*open)[3] - 1};
+}
+
 reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
                                              const std::filesystem::path& geometry,
                                              std::vector<std::string>& warnings) {
@@ -155,8 +161,7 @@ reconstruction::RotationalRun rotational_run(const LoadedRun& loaded,
         "so, and attenuation is not to scale");
   run.times_s = in_seconds(loaded.run.frame_times_ms);
   run.r_waves_s = in_seconds(loaded.run.r_wave_times_ms);
-  if (const auto& open = loaded.run.open_field)
-    run.open_field = {(*open)[0] - 1, (*open)[1] - 1, (*open)[2] - 1, (*open)[3] - 1};
+  run.open_field = open_field_of(loaded);
   return run;
 }
 

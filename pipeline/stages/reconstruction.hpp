@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ reconstruction::RotationalRun rotational_run(const segmentation::LoadedRun& load
 
 /// The frames of a run where its header says that they were taken.
 std::vector<angiogram::ConeBeamFrame> frames_by_header(const segmentation::LoadedRun& loaded);
+
+/// What shutter and collimator leave open, as the header has it.
+std::optional<reconstruction::OpenField> open_field_of(const segmentation::LoadedRun& loaded);
 
 /// Frames to be looked at, and where they see what.
 void write_shown_frames(const std::filesystem::path& out, const reconstruction::ShownFrames& shown,

@@ -170,16 +170,22 @@ int still_leaf_at(const Side& side, double middle) {
   return 0;
 }
 
-/// The mean of frames that are spread over the run.
-std::vector<float> mean_integrals(const RotationalRun& run, double air) {
-  constexpr int kFrames = 24;
+/// The mean line integrals, but for a constant, of frames that are spread over the run; empty: its
+/// pixels tell none.
+std::vector<float> mean_integrals(const RotationalRun& run) {
+  constexpr int kFrames = 24, kAtATime = 8;
   const int count = int(run.frames.size()), taken = std::min(count, kFrames);
-  std::vector<float> mean;
-  for (int n = 0; n < taken; ++n) {
-    const std::vector<float> one =
-        read_line_integrals(run, int(std::int64_t(n) * count / taken), 1, air);
-    mean.resize(one.size(), 0.0F);
-    for (std::size_t i = 0; i < one.size(); ++i) mean[i] += one[i] / float(taken);
+  const std::vector<float> middle = run.pictures->read(count / 2, 1);
+  const double brightest = double(*std::max_element(middle.begin(), middle.end()));
+  if (run.relation == PixelRelation::linear && !(brightest > 0.0)) return {};
+  std::vector<float> mean(middle.size(), 0.0F);
+  for (int first = 0; first < taken; first += kAtATime) {
+    std::vector<int> some;
+    for (int n = first; n < std::min(taken, first + kAtATime); ++n)
+      some.push_back(int(std::int64_t(n) * count / taken));
+    const std::vector<float> integrals = read_line_integrals(run, some, brightest);
+    for (std::size_t i = 0; i < integrals.size(); ++i)
+      mean[i % mean.size()] += integrals[i] / float(taken);
   }
   return mean;
 }
@@ -199,7 +205,8 @@ std::optional<OpenField> open_field(const RotationalRun& run) {
   RotationalRun pictures = run;
   pictures.masks = nullptr;
   pictures.open_field.reset();
-  const std::vector<float> mean = mean_integrals(pictures, unattenuated(pictures));
+  const std::vector<float> mean = mean_integrals(pictures);
+  if (mean.empty()) return {};
   const int columns = run.frames.front().columns, rows = run.frames.front().rows;
   const double middle = median(std::vector<double>(mean.begin(), mean.end()));
   const auto leaf = [&](bool is_column, bool from_end) {
@@ -207,10 +214,12 @@ std::optional<OpenField> open_field(const RotationalRun& run) {
   };
   const OpenField open{leaf(true, false), columns - 1 - leaf(true, true), leaf(false, false),
                        rows - 1 - leaf(false, true)};
-  if (open.first_column == 0 && open.last_column == columns - 1 && open.first_row == 0 &&
-      open.last_row == rows - 1)
-    return {};
-  return open;
+  const bool is_whole = open.first_column == 0 && open.last_column == columns - 1 &&
+                        open.first_row == 0 && open.last_row == rows - 1;
+  const bool is_left =  // what leaves nothing open is none
+      3 * (open.last_column - open.first_column) > columns &&
+      3 * (open.last_row - open.first_row) > rows;
+  return is_whole || !is_left ? std::nullopt : std::optional(open);
 }
 
 }  // namespace angio::reconstruction::detail

@@ -40,16 +40,6 @@ TEST(CenterlineTree, OfAYHasTwoPathsThatShareTheirTrunk) {
   }
 }
 
-TEST(CenterlineTree, OfWhatIsWiderThanLongIsToldToBeNoVessel) {
-  const auto is_told = [](const CenterlineResult& result) {
-    return std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& text) {
-      return text.find("it is no vessel") != std::string::npos;
-    });
-  };
-  EXPECT_TRUE(is_told(extract({straight_tube({0, 0, 0}, {0, 0, 5}, constant(5.0))})));
-  EXPECT_FALSE(is_told(extract({straight_tube({0, 0, 0}, {0, 0, 20}, constant(5.0))})));
-}
-
 TEST(CenterlineTree, OfAYHasThreeBranchesAndOneBranching) {
   const auto result = extract(y_shape());
   ASSERT_EQ(result.tree.paths.size(), 2U);
