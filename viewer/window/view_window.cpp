@@ -214,11 +214,11 @@ void ViewWindow::run() {
   interactor_->Initialize();
   interactor_->CreateRepeatingTimer(kTickMs);
   window_->Render();
-  if (!is_closing_ && !ClosingSignals::has_come()) interactor_->Start();
+  interactor_->Start();  // VTK forgets a window only where its loop ends: the first tick closes it
 }
 
 void ViewWindow::tick() {
-  if (ClosingSignals::has_come()) return perform(Action::quit);
+  if (is_closing_ || ClosingSignals::has_come()) return perform(Action::quit);
   if (!message_.empty() && Clock::now() > message_end_) {
     message_.clear();
     update();
