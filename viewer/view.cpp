@@ -55,7 +55,7 @@ void view_case(const fs::path& case_folder, const ViewOptions& options) {
   const window::ClosingSignals signals;
   window::ViewWindow view(case_folder, options, window::ViewWindow::Place::on_screen);
   press_keys(view, options.keys);
-  view.run();
+  if (!view.is_closing()) view.run();
 }
 
 DisplayStatus display_status() {

@@ -218,7 +218,7 @@ void ViewWindow::run() {
 }
 
 void ViewWindow::tick() {
-  if (is_closing_ || ClosingSignals::has_come()) return perform(Action::quit);
+  if (ClosingSignals::has_come()) return perform(Action::quit);
   if (!message_.empty() && Clock::now() > message_end_) {
     message_.clear();
     update();
