@@ -262,8 +262,7 @@ CenterlineResult extract(const Lumen& lumen, const CenterlineOptions& options,
   if (result.tree_count == 1 && longest_mm(result.tree) < widest_mm(result.tree))
     result.warnings.push_back(
         "the lines are shorter than the lumen is wide: it is no vessel (a block, an organ, a "
-        "chamber, "
-        "or what lies around vessels). Give the lumen alone");
+        "chamber, or what lies around vessels). Give the lumen alone");
   result.left_out = std::max(0.0, result.left_out);
   if (found.piece_count > 1)
     result.warnings.push_back(

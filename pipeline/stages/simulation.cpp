@@ -174,13 +174,14 @@ struct Simulated {
   double most_dogboning_percent;  ///< NaN: it was not watched
 };
 
-/// Why no balloon reaches its peak. One in a thousand bursts at its rated burst pressure.
+/// Why a peak tells nothing: too far above the rated burst pressure, where nothing here models the
+/// bursting [atm]. How far is a choice of ours, no maker's figure.
 std::string burst_reason(double peak_atm, double rated_atm) {
-  constexpr double kBursts = 1.5;
-  if (!(rated_atm > 0.0) || peak_atm <= kBursts * rated_atm) return {};
+  constexpr double kFarAbove = 1.5;
+  if (!(rated_atm > 0.0) || peak_atm <= kFarAbove * rated_atm) return {};
   return fmt::format(
-      "a balloon bursts before {:.1f} atm, {:.1f} times its rated burst pressure of {:.1f} atm; "
-      "nothing here models that. Ask for less (inflation.peak_pressure_atm)",
+      "{:.1f} atm are {:.1f} times the balloon's rated burst pressure of {:.1f} atm: it may well "
+      "burst on the way, which nothing here models. Ask for less (inflation.peak_pressure_atm)",
       peak_atm, peak_atm / rated_atm, rated_atm);
 }
 
