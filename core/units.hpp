@@ -21,6 +21,7 @@ inline constexpr double kPascalPerAtm = 101325.0;  ///< standard atmosphere, exa
 inline constexpr double kPascalPerKilopascal = 1e3;
 inline constexpr double kPascalPerMegapascal = 1e6;
 inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr double kDegreesPerRadian = 180.0 / kPi;
 
 constexpr double pascal_from_atm(double atm) { return atm * kPascalPerAtm; }
 constexpr double atm_from_pascal(double pascal) { return pascal / kPascalPerAtm; }

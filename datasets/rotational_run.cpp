@@ -20,7 +20,7 @@ namespace {
 using angiogram::CArmMount;
 using angiogram::ConeBeamFrame;
 
-constexpr double kMarginMm = 6.0;
+constexpr double kMarginOfFieldMm = 6.0;
 constexpr double kAir = 60000.0;  ///< a pixel's value where nothing is in the beam
 constexpr double kTissue =
     0.0206;                       ///< [1/mm] at 60 keV: water (NIST, Hubbell, Seltzer, NISTIR 5632)
@@ -71,7 +71,7 @@ CArmMount mount_around(const TriangleMesh& mesh, double spacing_mm,
     radius = std::max(radius, run.views.empty() ? std::hypot(v.x, v.y) : norm(v));
     height = std::max(height, run.views.empty() ? std::abs(v.z) : norm(v));
   }
-  const double margin = kMarginMm + run.heartbeat_mm + run.breathing_mm;
+  const double margin = kMarginOfFieldMm + run.heartbeat_mm + run.breathing_mm;
   radius += margin;
   height += margin;
   const double away = run.source_to_isocentre_mm;

@@ -12,7 +12,8 @@
 namespace angio::meshing {
 namespace {
 
-constexpr double kLeastDiameter = 2.25, kMostDiameter = 5.0;  // [mm] of the usual balloons
+constexpr double kLeastUsualDiameter = 2.25,
+                 kMostUsualDiameter = 5.0;  // [mm] of the usual balloons
 constexpr double kLengthInDiameters = 3.0;
 constexpr double kOwnWall = 1.6, kOtherWall = 3.0;  // [radii] from the line
 
@@ -30,7 +31,7 @@ struct Stretch {
   [[nodiscard]] double middle() const { return 0.5 * (first + last); }
   [[nodiscard]] double length() const { return last - first; }
   [[nodiscard]] bool is_suitable() const {
-    return diameter >= kLeastDiameter && diameter <= kMostDiameter &&
+    return diameter >= kLeastUsualDiameter && diameter <= kMostUsualDiameter &&
            length() >= (kLengthInDiameters + 2.0) * diameter;
   }
 };

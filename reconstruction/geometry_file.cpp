@@ -19,7 +19,6 @@ namespace {
 using angiogram::ConeBeamFrame;
 using angiogram::ConeBeamView;
 using Matrix = std::array<std::array<double, 4>, 3>;
-constexpr double kPerDegree = 180.0 / units::kPi;
 constexpr std::size_t kMostFrames = 10000;
 
 /// RTK's axes from ours: y is the body's.
@@ -41,9 +40,9 @@ RtkNumbers rtk_numbers(const ConeBeamFrame& frame) {
   const Vec3 source = to_rtk(frame.source);
   const Vec3 middle = to_rtk(frame.place(0.5 * (frame.columns - 1), 0.5 * (frame.rows - 1)));
   RtkNumbers numbers;
-  numbers.out_of_plane = -std::asin(std::clamp(n.y, -1.0, 1.0)) * kPerDegree;
-  numbers.gantry = -std::atan2(-n.x, n.z) * kPerDegree;
-  numbers.in_plane = -std::atan2(-r.y, c.y) * kPerDegree;
+  numbers.out_of_plane = -std::asin(std::clamp(n.y, -1.0, 1.0)) * units::kDegreesPerRadian;
+  numbers.gantry = -std::atan2(-n.x, n.z) * units::kDegreesPerRadian;
+  numbers.in_plane = -std::atan2(-r.y, c.y) * units::kDegreesPerRadian;
   numbers.source_distance = dot(n, source);
   numbers.detector_distance = dot(n, source - middle);
   numbers.source_x = dot(source, r);

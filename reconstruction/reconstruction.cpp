@@ -25,7 +25,6 @@ namespace angio::reconstruction {
 namespace {
 
 using namespace detail;
-constexpr double kPerDegree = 180.0 / units::kPi;
 
 void check(const std::vector<angiogram::ConeBeamFrame>& frames) {
   ANGIO_EXPECT(!frames.empty());
@@ -48,11 +47,12 @@ void check_views(const std::vector<angiogram::ConeBeamFrame>& frames) {
 RunQuality judge(bool has_masks, const Orbit& orbit, const PlaneGrid& plane, const Field& field) {
   RunQuality quality;
   quality.frame_count = int(orbit.angle.size());
-  quality.arc_degrees = orbit.arc() * kPerDegree;
-  quality.largest_step_degrees = orbit.largest_step * kPerDegree;
+  quality.arc_degrees = orbit.arc() * units::kDegreesPerRadian;
+  quality.largest_step_degrees = orbit.largest_step * units::kDegreesPerRadian;
   quality.source_to_isocentre_mm = orbit.radius[orbit.radius.size() / 2];
   quality.shortest_arc_degrees =
-      180.0 + 2.0 * std::asin(field.radius / quality.source_to_isocentre_mm) * kPerDegree;
+      180.0 +
+      2.0 * std::asin(field.radius / quality.source_to_isocentre_mm) * units::kDegreesPerRadian;
   quality.pixel_at_isocentre_mm = plane.sample_mm;
   quality.field_radius_mm = field.radius;
   quality.is_subtracted = has_masks;
@@ -105,7 +105,8 @@ std::vector<std::string> warnings_of(const RotationalRun& run, const RunQuality&
         "{:.0f}. Vessels are blurred along the direction that is missing",
         quality.arc_degrees, quality.shortest_arc_degrees));
   // As many views as a circle over the field has samples across, times pi / 2, leave no streaks.
-  const double needed = quality.pixel_at_isocentre_mm / quality.field_radius_mm * kPerDegree;
+  const double needed =
+      quality.pixel_at_isocentre_mm / quality.field_radius_mm * units::kDegreesPerRadian;
   constexpr double kCoarse = 10.0;
   if (quality.method == Method::few_views)
     warnings.push_back(fmt::format(
@@ -154,7 +155,8 @@ constexpr double kSparseDegrees = 3.5;  ///< streaks cost accuracy from here on
 /// By the frames as the header has them: where a calibration moves them is no reason to change it.
 Method method_for(const ReconstructionOptions& options, const Orbit& orbit) {
   if (options.method != Method::automatic) return options.method;
-  return orbit.largest_step * kPerDegree > kFewViewsDegrees ? Method::few_views : Method::fdk;
+  return orbit.largest_step * units::kDegreesPerRadian > kFewViewsDegrees ? Method::few_views
+                                                                          : Method::fdk;
 }
 
 /// The vessels alone, from frames that are few.

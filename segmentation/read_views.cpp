@@ -24,7 +24,7 @@ using detail::DicomHeader;
 constexpr double kSameSide = 10.0;  ///< [degrees]
 
 /// An object that is a view.
-struct Candidate {
+struct ViewCandidate {
   const DicomHeader* header = nullptr;
   std::string series;
   ProjectionRun run;
@@ -65,15 +65,15 @@ std::string why_not(const DicomHeader& header, const ProjectionRun& run,
 }
 
 /// Every object that is a run of projections which does not turn.
-std::vector<Candidate> candidates(const std::vector<detail::DicomSeries>& all,
-                                  const ReadOptions& options) {
-  std::vector<Candidate> found;
+std::vector<ViewCandidate> candidates(const std::vector<detail::DicomSeries>& all,
+                                      const ReadOptions& options) {
+  std::vector<ViewCandidate> found;
   for (const detail::DicomSeries& series : all)
     for (const DicomHeader& header : series.headers) {
       if (header.kind != detail::DicomKind::projection || !header.projection ||
           header.frames.empty())
         continue;
-      Candidate view{&header, series.key, *header.projection, {}};
+      ViewCandidate view{&header, series.key, *header.projection, {}};
       detail::settle_angles(view.run, int(header.frames.size()), options.angles);
       if (detail::turns(view.run)) continue;
       view.problem = why_not(header, view.run, options);
@@ -104,14 +104,14 @@ double apart(const ProjectionRun& a, const ProjectionRun& b) {
   return angiogram::angle_between_beams(beam(a), beam(b));
 }
 
-std::string in_words(const Candidate& view, std::size_t index) {
+std::string in_words(const ViewCandidate& view, std::size_t index) {
   return fmt::format("view {} ({:.0f}/{:.0f} degrees, {} frames)", index + 1,
                      of(view.run.primary_angles_degrees), of(view.run.secondary_angles_degrees),
                      view.header->frames.size());
 }
 
 /// The views with these numbers, counted from 0.
-std::vector<std::size_t> asked_for(const std::vector<Candidate>& all,
+std::vector<std::size_t> asked_for(const std::vector<ViewCandidate>& all,
                                    const std::vector<int>& numbers) {
   std::vector<std::size_t> chosen;
   for (const int number : numbers) {
@@ -132,7 +132,7 @@ struct Choice {
 };
 
 /// All that can be used, but one from each side.
-Choice by_rule(const std::vector<Candidate>& all) {
+Choice by_rule(const std::vector<ViewCandidate>& all) {
   Choice choice;
   for (std::size_t v = 0; v < all.size(); ++v) {
     if (!all[v].problem.empty()) {
@@ -155,7 +155,7 @@ Choice by_rule(const std::vector<Candidate>& all) {
   return choice;
 }
 
-bool tell_depth(const std::vector<Candidate>& all, const std::vector<std::size_t>& views) {
+bool tell_depth(const std::vector<ViewCandidate>& all, const std::vector<std::size_t>& views) {
   for (const std::size_t a : views)
     for (const std::size_t b : views)
       if (apart(all[a].run, all[b].run) >= kLeastViewAngle) return true;
@@ -163,7 +163,7 @@ bool tell_depth(const std::vector<Candidate>& all, const std::vector<std::size_t
 }
 
 /// Whether there are views that would tell depth, could all be used.
-bool are_views_of(const std::vector<Candidate>& all) {
+bool are_views_of(const std::vector<ViewCandidate>& all) {
   std::vector<std::size_t> with_angles;
   for (std::size_t v = 0; v < all.size(); ++v)
     if (!all[v].run.primary_angles_degrees.empty() && !all[v].run.secondary_angles_degrees.empty())
@@ -172,7 +172,7 @@ bool are_views_of(const std::vector<Candidate>& all) {
 }
 
 /// Which are taken; none: the input is not of views.
-Choice choose(const std::vector<Candidate>& all, const ReadOptions& options) {
+Choice choose(const std::vector<ViewCandidate>& all, const ReadOptions& options) {
   if (!options.views.empty()) {
     Choice choice{asked_for(all, options.view_numbers()), {}};
     if (!tell_depth(all, choice.views))
@@ -200,7 +200,7 @@ Choice choose(const std::vector<Candidate>& all, const ReadOptions& options) {
 
 /// Every view's picture as floats, and what finding the vessels of the largest takes, which is done
 /// one after the other.
-std::uint64_t memory_needed(const std::vector<Candidate>& all,
+std::uint64_t memory_needed(const std::vector<ViewCandidate>& all,
                             const std::vector<std::size_t>& views) {
   constexpr std::uint64_t kWorking = 100;  // bytes a pixel
   std::uint64_t pictures = 0, largest = 0;
@@ -212,7 +212,7 @@ std::uint64_t memory_needed(const std::vector<Candidate>& all,
   return pictures + kWorking * largest;
 }
 
-LoadedRun load(const Candidate& view) {
+LoadedRun load(const ViewCandidate& view) {
   LoadedRun loaded;
   loaded.run = view.run;
   loaded.columns = view.header->pixels.columns;
@@ -236,7 +236,7 @@ std::optional<LoadedViews> read_views(const fs::path& path, const ReadOptions& o
   if (options.views.empty() &&
       (!options.series.empty() || holds_something_else(found.all, options)))
     return {};
-  const std::vector<Candidate> all = candidates(found.all, options);
+  const std::vector<ViewCandidate> all = candidates(found.all, options);
   const Choice choice = choose(all, options);
   if (choice.views.empty()) return {};
   detail::check_memory(memory_needed(all, choice.views), options.max_memory_gib,
@@ -270,7 +270,7 @@ std::vector<ViewSummary> list_views(const fs::path& path, const ReadOptions& opt
   if (detail::is_volume_file_name(path) && !fs::is_directory(path)) return {};
   const detail::FoundSeries found = detail::find_series(path, options);
   std::vector<ViewSummary> list;
-  for (const Candidate& view : candidates(found.all, options))
+  for (const ViewCandidate& view : candidates(found.all, options))
     list.push_back({int(list.size()) + 1, view.series, of(view.run.primary_angles_degrees),
                     of(view.run.secondary_angles_degrees), int(view.header->frames.size()),
                     view.problem});

@@ -25,7 +25,8 @@
 namespace angio::segmentation {
 namespace {
 
-constexpr double kMarginMm = 5.0;  ///< of background around the tree while its boundary is sought
+constexpr double kMarginAroundTreeMm =
+    5.0;  ///< of background around the tree while its boundary is sought
 
 void check_volume(const Volume<float>& volume) {
   if (volume.values.empty() || volume.values.size() != volume.geometry.voxel_count())
@@ -157,7 +158,7 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   if (!has_seeds)  // before minutes go into its boundary
     refuse_what_is_no_vessel(tree.mask, scanned.geometry, has_seeds);
 
-  const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginMm);
+  const detail::VoxelBox box = detail::bounding_box(tree.mask, kMarginAroundTreeMm);
   const Volume<float> around = detail::crop(volume, box);
   const double denoising_mm = detail::denoising_sigma(volume, tree.noise, tree.contrast);
   const Volume<float> denoised = detail::smooth(around, denoising_mm);

@@ -9,8 +9,9 @@ namespace {
 constexpr double kLeastCoronary = 2.0, kMostCoronary = 4.0;    // diameters [mm]
 constexpr double kWallShare = 0.02 / 3.0, kLeastWall = 0.015;  // of the diameter; [mm]
 // Pressure [atm] and share of the nominal diameter: sc-3.0 of balloons.toml.
-constexpr ChartPoint kGrowth[] = {{4.0, 2.85 / 3.0},  {6.0, 2.93 / 3.0},  {8.0, 1.0},
-                                  {10.0, 3.06 / 3.0}, {12.0, 3.11 / 3.0}, {14.0, 3.16 / 3.0}};
+constexpr ChartPoint kGrowthAtPressure[] = {{4.0, 2.85 / 3.0},  {6.0, 2.93 / 3.0},
+                                            {8.0, 1.0},         {10.0, 3.06 / 3.0},
+                                            {12.0, 3.11 / 3.0}, {14.0, 3.16 / 3.0}};
 constexpr double kBySize = -1.0;  // of a film's traction: 0 means that there is none
 
 void fill(double& field, double value) {
@@ -26,7 +27,7 @@ BalloonSize balloon_size(double nominal_diameter_mm) {
   const BalloonSize coronary;
   BalloonSize size{
       wall * share, coronary.nominal_pressure_atm / share, coronary.rated_burst_atm / share, {}};
-  for (const ChartPoint& point : kGrowth)
+  for (const ChartPoint& point : kGrowthAtPressure)
     size.chart.push_back({point.pressure_atm / share, point.diameter_mm * nominal_diameter_mm});
   return size;
 }

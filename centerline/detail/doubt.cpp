@@ -154,7 +154,7 @@ bool is_wider_than_beside(const Lesion& lesion) {
 }
 
 Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const Lesion& lesion,
-                 const Surroundings& around) {
+                 const LesionSurroundings& around) {
   if (is_wider_than_beside(lesion)) return Doubt::faint;
   if (lies_beside_no_tube(known, dip)) return Doubt::beside_no_tube;
   if (around.is_crowded &&

@@ -6,7 +6,7 @@
 namespace angio::centerline {
 
 /// Where a narrowing lies.
-struct Surroundings {
+struct LesionSurroundings {
   bool is_crowded = false;  ///< the tree is large, or its vessels touch or form loops
   bool is_scan = false;     ///< the lines end where an image does
 };
@@ -17,6 +17,6 @@ bool is_wider_than_beside(const Lesion& lesion);
 
 /// Why a dip is in doubt by what lies around it: the first reason that holds, or none.
 Doubt find_doubt(const Known& known, const Vessel& vessel, const Dip& dip, const Lesion& lesion,
-                 const Surroundings& around);
+                 const LesionSurroundings& around);
 
 }  // namespace angio::centerline

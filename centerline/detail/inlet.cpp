@@ -16,7 +16,7 @@ namespace angio::centerline {
 namespace {
 
 /// A stretch of the tree between two forks, or a fork and an end; the first one leaves the root.
-struct Stretch {
+struct BranchStretch {
   int parent = -1;
   std::vector<int> children;
   std::vector<int> voxels;  ///< away from the root
@@ -25,7 +25,7 @@ struct Stretch {
   Vec3 at_begin, at_end;    ///< unit, into the stretch, away from the fork at that end
 };
 
-double deepest_in(const LumenVoxels& lumen, const Stretch& stretch) {
+double deepest_in(const LumenVoxels& lumen, const BranchStretch& stretch) {
   double deepest = 0.0;
   for (const int v : stretch.voxels)
     deepest = std::max(deepest, double(lumen.depth[std::size_t(v)]));
@@ -33,7 +33,7 @@ double deepest_in(const LumenVoxels& lumen, const Stretch& stretch) {
 }
 
 /// A stretch without the forks at its ends: what is farther than their depth from them.
-std::vector<int> own_voxels(const LumenVoxels& lumen, const Stretch& stretch) {
+std::vector<int> own_voxels(const LumenVoxels& lumen, const BranchStretch& stretch) {
   std::vector<int> own;
   const Vec3 begin = lumen.position(stretch.voxels.front());
   const Vec3 end = lumen.position(stretch.voxels.back());
@@ -64,7 +64,8 @@ double median_depth(const LumenVoxels& lumen, const std::vector<int>& voxels) {
 
 /// The half of a stretch that ends at a tip, without its cap; of a short one, half of which may lie
 /// in a cap that is slanted, the half of what is left without the cap.
-std::vector<int> outer_half(const LumenVoxels& lumen, const Stretch& stretch, bool tip_is_first) {
+std::vector<int> outer_half(const LumenVoxels& lumen, const BranchStretch& stretch,
+                            bool tip_is_first) {
   constexpr double kShort = 6.0;  // radii: of its half a third is left, without cap and middle
   const double length =
       distance(lumen.position(stretch.voxels.front()), lumen.position(stretch.voxels.back()));
@@ -74,7 +75,7 @@ std::vector<int> outer_half(const LumenVoxels& lumen, const Stretch& stretch, bo
     return tip_is_first ? std::vector<int>(own.begin(), own.begin() + half)
                         : std::vector<int>(own.end() - half, own.end());
   }
-  Stretch half;
+  BranchStretch half;
   const auto middle = stretch.voxels.begin() + std::ptrdiff_t(stretch.voxels.size() / 2);
   if (tip_is_first) {
     half.voxels.assign(stretch.voxels.begin(), middle + 1);
@@ -187,14 +188,14 @@ std::vector<std::vector<int>> part_with_the_vessels(const LumenVoxels& lumen,
 }
 
 /// The stretches of the union of paths from the root, which part once and never meet again.
-std::vector<Stretch> find_stretches(const LumenVoxels& lumen,
-                                    const std::vector<std::vector<int>>& paths,
-                                    std::vector<int>& last_of_path) {
+std::vector<BranchStretch> find_stretches(const LumenVoxels& lumen,
+                                          const std::vector<std::vector<int>>& paths,
+                                          std::vector<int>& last_of_path) {
   std::vector<int> count(std::size_t(lumen.count()), 0);
   for (const auto& path : paths)
     for (const int v : path) ++count[std::size_t(v)];
   std::vector<int> stretch_of(std::size_t(lumen.count()), -1);
-  std::vector<Stretch> stretches;
+  std::vector<BranchStretch> stretches;
   for (const auto& path : paths) {
     int current = -1;
     for (std::size_t i = 0; i < path.size(); ++i) {
@@ -204,7 +205,7 @@ std::vector<Stretch> find_stretches(const LumenVoxels& lumen,
         continue;
       }
       if (i == 0 || count[v] != count[std::size_t(path[i - 1])] || current < 0) {
-        Stretch next;
+        BranchStretch next;
         next.parent = current;
         if (current >= 0) {
           stretches[std::size_t(current)].children.push_back(int(stretches.size()));
@@ -218,7 +219,7 @@ std::vector<Stretch> find_stretches(const LumenVoxels& lumen,
     }
     last_of_path.push_back(current);
   }
-  for (Stretch& stretch : stretches) {
+  for (BranchStretch& stretch : stretches) {
     const std::vector<int> own = own_voxels(lumen, stretch);
     stretch.radius = median_depth(lumen, own);
     stretch.is_stub = own.size() == 1;
@@ -267,11 +268,11 @@ double fork_cost(const Arm& in, const std::vector<Arm>& out) {
 }
 
 /// The costs of all forks when blood comes from the far end of stretch `inlet` (-1: the root).
-double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
+double tree_cost(const std::vector<BranchStretch>& stretches, int inlet) {
   std::vector<char> is_reversed(stretches.size(), 0);
   for (int s = inlet; s >= 0; s = stretches[std::size_t(s)].parent) is_reversed[std::size_t(s)] = 1;
   double cost = 0.0;
-  for (const Stretch& stretch : stretches) {
+  for (const BranchStretch& stretch : stretches) {
     if (stretch.children.empty()) continue;
     const Arm own{stretch.radius, stretch.at_end};
     Arm in = own;
@@ -283,7 +284,7 @@ double tree_cost(const std::vector<Stretch>& stretches, int inlet) {
     }();
     if (from >= 0) out.push_back(own);
     for (const int c : stretch.children) {
-      const Stretch& child = stretches[std::size_t(c)];
+      const BranchStretch& child = stretches[std::size_t(c)];
       const Arm arm{child.radius, child.at_begin};
       if (c == from)
         in = arm;
@@ -362,10 +363,10 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
     paths.push_back(trace(front, candidates[c].voxel));
   paths = part_with_the_vessels(lumen, paths);
   std::vector<int> last{-1};
-  std::vector<Stretch> stretches = find_stretches(lumen, paths, last);
+  std::vector<BranchStretch> stretches = find_stretches(lumen, paths, last);
   if (stretches.empty()) return {};
   for (std::size_t c = 0; c < candidates.size(); ++c) {
-    Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
+    BranchStretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
     if (stretch.is_stub) stretch.radius = std::min(stretch.radius, candidates[c].opening);
   }
   // Of one vessel with two rims these tell its width; half of it may be narrowed.
@@ -375,7 +376,7 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
   // A rim is wider than its vessel where it is flared, or cut aslant: up to `flared` times.
   const auto radius_up_to = [&](double flared, std::size_t c) {
     if (is_one_vessel) return candidates[c].opening;
-    const Stretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
+    const BranchStretch& stretch = stretches[last[c] < 0 ? 0 : std::size_t(last[c])];
     const double own = stretch.is_stub
                            ? stretch.radius
                            : median_depth(lumen, outer_half(lumen, stretch, last[c] < 0));
@@ -391,7 +392,7 @@ InletChoice choose_inlet(const LumenVoxels& lumen, const Front& front,
   double cubes = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c) cubes += std::pow(radius_at(c), 3);
   const auto forks = std::count_if(stretches.begin(), stretches.end(),
-                                   [](const Stretch& s) { return !s.children.empty(); });
+                                   [](const BranchStretch& s) { return !s.children.empty(); });
   const double share_of_tree = forks == 1 ? 0.5 : 1.0;  // of one fork it is that one again
   std::vector<std::pair<double, std::size_t>> costs;
   for (std::size_t c = 0; c < candidates.size(); ++c) {

@@ -37,7 +37,7 @@ Index beside(const Index& at, std::size_t n) {
 }
 
 /// Voxels outside the level set that hold the middle of a ray across the lumen, with the middle.
-using Middles = std::map<Index, Vec3>;
+using MiddleOf = std::map<Index, Vec3>;
 
 /// Places of a triangle, in rows along its longest side, at most `apart` from each other.
 template <class Use>
@@ -71,13 +71,13 @@ bool is_enclosed(const SurfaceWall& wall, const Vec3& place, double farthest) {
   return true;
 }
 
-Middles find_middles(const Volume<float>& level_set, const SurfaceWall& wall, double least_mm) {
+MiddleOf find_middles(const Volume<float>& level_set, const SurfaceWall& wall, double least_mm) {
   constexpr double kThin = 2.5, kSlit = 0.25, kApart = 0.5;  // voxels
   const VolumeGeometry& grid = level_set.geometry;
   const double voxel = grid.spacing.x;
   const TriangleMesh& mesh = wall.mesh();
   const double farthest = voxel * (grid.size[0] + grid.size[1] + grid.size[2]);
-  Middles middles;
+  MiddleOf middles;
   for (const Triangle& corners : mesh.triangles) {
     const Vec3 area = area_vector_doubled(mesh, corners);
     if (norm_squared(area) == 0.0) continue;
@@ -228,7 +228,7 @@ class PassageFinder {
 
   const Volume<float>& level_set_;
   const SurfaceWall& wall_;
-  Middles middles_;
+  MiddleOf middles_;
   Parts parts_;
   std::set<Index> seen_;
 };

@@ -14,7 +14,7 @@
 namespace angio::formats::detail {
 namespace {
 
-[[noreturn]] void fail(const std::string& name, const std::string& why) {
+[[noreturn]] void refuse_gmsh(const std::string& name, const std::string& why) {
   throw InputError(name + " cannot be read as a Gmsh mesh (" + why +
                    "). Export it again, as MSH 2.2 or 4.1, or as STL");
 }
@@ -49,7 +49,8 @@ class Numbers {
       position_ = bytes_.size();
       return;
     }
-    if (found == std::string_view::npos) fail(name_, "it was cut short: there is no " + word);
+    if (found == std::string_view::npos)
+      refuse_gmsh(name_, "it was cut short: there is no " + word);
     position_ = found + word.size();
   }
 
@@ -59,7 +60,7 @@ class Numbers {
   /// The same, of a count. @throws InputError if it is negative
   std::int64_t count() { return counted(size()); }
   [[nodiscard]] std::int64_t counted(std::int64_t number) const {
-    if (number < 0) fail(name_, "it counts fewer than none");
+    if (number < 0) refuse_gmsh(name_, "it counts fewer than none");
     return number;
   }
   double real() { return is_binary ? raw<double>() : text<double>(); }
@@ -69,14 +70,14 @@ class Numbers {
     const auto first = std::min(bytes_.find_first_not_of(kSpace, position_), bytes_.size());
     position_ = std::min(bytes_.find_first_of(kSpace, first), bytes_.size());
     const auto number = parse_number<Number>(bytes_.substr(first, position_ - first));
-    if (!number) fail(name_, "it ends too early or holds a word where a number should be");
+    if (!number) refuse_gmsh(name_, "it ends too early or holds a word where a number should be");
     return *number;
   }
 
  private:
   template <class Number>
   Number raw() {
-    if (bytes_.size() - position_ < sizeof(Number)) fail(name_, "it was cut short");
+    if (bytes_.size() - position_ < sizeof(Number)) refuse_gmsh(name_, "it was cut short");
     Number number;
     std::memcpy(&number, bytes_.data() + position_, sizeof(Number));
     position_ += sizeof(Number);
@@ -139,7 +140,7 @@ class Mesh {
   void add_point(std::int64_t tag, Numbers& numbers) {
     const double x = numbers.real(), y = numbers.real(), z = numbers.real();
     if (!places_.emplace(tag, int(points_.size())).second)
-      fail(name_, "two nodes have the number " + std::to_string(tag));
+      refuse_gmsh(name_, "two nodes have the number " + std::to_string(tag));
     points_.push_back({x, y, z});
   }
   /// @param next  the number of its next node
@@ -148,7 +149,7 @@ class Mesh {
     nodes_.clear();
     for (int k = 0; k < type.nodes; ++k) {
       const auto found = places_.find(next());
-      if (found == places_.end()) fail(name_, "an element names a node that is not there");
+      if (found == places_.end()) refuse_gmsh(name_, "an element names a node that is not there");
       nodes_.push_back(found->second);
     }
     if (type.shape) surface_.add(*type.shape, nodes_);
@@ -156,7 +157,7 @@ class Mesh {
   [[nodiscard]] ElementType type(std::int64_t number) const {
     const ElementType type = element_type(number);
     if (type.nodes == 0)
-      fail(name_, "elements of type " + std::to_string(number) + " are not known here");
+      refuse_gmsh(name_, "elements of type " + std::to_string(number) + " are not known here");
     return type;
   }
   [[nodiscard]] TriangleMesh surface() const { return surface_.over(points_); }
@@ -186,7 +187,7 @@ void read_elements_2(Numbers& numbers, Mesh& mesh, const std::string& name) {
     const ElementType type = mesh.type(numbers.integer());
     const std::int64_t together = numbers.is_binary ? numbers.integer() : 1;
     const std::int64_t tags = numbers.counted(numbers.integer());
-    if (together < 1) fail(name, "a block of elements is empty");
+    if (together < 1) refuse_gmsh(name, "a block of elements is empty");
     for (std::int64_t k = 0; k < together; ++k, ++done) {
       if (numbers.is_binary) numbers.integer();
       for (std::int64_t t = 0; t < tags; ++t) numbers.integer();
@@ -213,7 +214,7 @@ void read_nodes_4(Numbers& numbers, Mesh& mesh, const std::string& name) {
       for (std::int64_t k = 0; has_parameters && k < dimension; ++k) numbers.real();
     }
   }
-  if (found != promised) fail(name, "it has another number of nodes than it says");
+  if (found != promised) refuse_gmsh(name, "it has another number of nodes than it says");
 }
 
 void read_elements_4(Numbers& numbers, Mesh& mesh, const std::string& name) {
@@ -230,7 +231,7 @@ void read_elements_4(Numbers& numbers, Mesh& mesh, const std::string& name) {
       mesh.add_element(type, [&] { return numbers.size(); });
     }
   }
-  if (found != promised) fail(name, "it has another number of elements than it says");
+  if (found != promised) refuse_gmsh(name, "it has another number of elements than it says");
 }
 
 /// 2 or 4, the version's first number; numbers are in binary from here on where the file says so.
@@ -240,11 +241,11 @@ int read_format(Numbers& numbers, const std::string& name) {
   const int real_bytes = numbers.text<int>();
   const bool is_2 = version >= 2.0 && version < 3.0;
   if (!is_2 && version != 4.1)
-    fail(name, "it is of version " + std::to_string(version).substr(0, 3));
-  if (real_bytes != 8) fail(name, "its numbers are not of 8 bytes");
+    refuse_gmsh(name, "it is of version " + std::to_string(version).substr(0, 3));
+  if (real_bytes != 8) refuse_gmsh(name, "its numbers are not of 8 bytes");
   if (numbers.is_binary) {
     numbers.end_line();
-    if (numbers.integer() != 1) fail(name, "its bytes are in the other order");
+    if (numbers.integer() != 1) refuse_gmsh(name, "its bytes are in the other order");
   }
   return is_2 ? 2 : 4;
 }
@@ -257,11 +258,11 @@ ParsedSurface parse_gmsh(std::string_view bytes, const std::string& name) {
   int version = 0;
   bool has_nodes = false, has_elements = false;
   while (const auto line = numbers.line()) {
-    if (!line->starts_with('$')) fail(name, "a section does not begin with '$'");
+    if (!line->starts_with('$')) refuse_gmsh(name, "a section does not begin with '$'");
     constexpr std::size_t kLongestName = 64;
     const std::string section(line->substr(1, kLongestName));
     if (version == 0 && section != "MeshFormat" && section != "Comments")
-      fail(name, "it does not begin with $MeshFormat");
+      refuse_gmsh(name, "it does not begin with $MeshFormat");
     if (section == "MeshFormat") {
       version = read_format(numbers, name);
     } else if (section == "Nodes") {
@@ -273,7 +274,7 @@ ParsedSurface parse_gmsh(std::string_view bytes, const std::string& name) {
     }
     numbers.skip_behind("$End" + section);
   }
-  if (!has_nodes || !has_elements) fail(name, "it has no nodes or no elements");
+  if (!has_nodes || !has_elements) refuse_gmsh(name, "it has no nodes or no elements");
   ParsedSurface result;
   result.data.mesh = mesh.surface();
   return result;

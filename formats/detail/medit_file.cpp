@@ -11,7 +11,7 @@
 namespace angio::formats::detail {
 namespace {
 
-[[noreturn]] void fail(const std::string& name, const std::string& why) {
+[[noreturn]] void refuse_medit(const std::string& name, const std::string& why) {
   throw InputError(name + " cannot be read as a Medit mesh (" + why +
                    "). Export it again, or as STL");
 }
@@ -37,17 +37,18 @@ bool is_read(std::string_view section) {
   return section == "Dimension" || section == "Vertices" || shape_named(section);
 }
 
-class Reader {
+class MeditReader {
  public:
-  Reader(std::string_view text, const std::string& name) : tokens_(text), name_(name) {}
+  MeditReader(std::string_view text, const std::string& name) : tokens_(text), name_(name) {}
 
   TriangleMesh read() {
     std::string_view word = next();
-    if (word != "MeshVersionFormatted") fail(name_, "it does not begin with MeshVersionFormatted");
+    if (word != "MeshVersionFormatted")
+      refuse_medit(name_, "it does not begin with MeshVersionFormatted");
     next();  // its number
     for (word = next(); !word.empty() && word != "End";) {
       if (word == "Dimension") {
-        if (number<int>() != 3) fail(name_, "it is not in three dimensions");
+        if (number<int>() != 3) refuse_medit(name_, "it is not in three dimensions");
       } else if (word == "Vertices") {
         read_points();
       } else if (const auto shape = shape_named(word)) {
@@ -57,7 +58,8 @@ class Reader {
       bool has_numbers = false;
       // What is of no interest here is passed by, number by number.
       for (word = next(); parse_number<double>(word); word = next()) has_numbers = true;
-      if (word.empty() && !has_numbers && !is_read(section)) fail(name_, "it was cut short");
+      if (word.empty() && !has_numbers && !is_read(section))
+        refuse_medit(name_, "it was cut short");
     }
     return surface_.over(points_);
   }
@@ -75,12 +77,12 @@ class Reader {
   template <class Number>
   Number number() {
     const auto value = parse_number<Number>(next());
-    if (!value) fail(name_, "it ends too early or holds a word where a number should be");
+    if (!value) refuse_medit(name_, "it ends too early or holds a word where a number should be");
     return *value;
   }
   long next_count() {
     const auto count = number<long>();
-    if (count < 0) fail(name_, "it counts fewer than none");
+    if (count < 0) refuse_medit(name_, "it counts fewer than none");
     return count;
   }
   void read_points() {
@@ -99,7 +101,7 @@ class Reader {
       for (int& node : nodes) {
         const auto named = number<long>();
         if (named < 1 || std::size_t(named) > points_.size())
-          fail(name_, "a cell names a vertex that is not there");
+          refuse_medit(name_, "a cell names a vertex that is not there");
         node = int(named - 1);
       }
       number<double>();
@@ -117,7 +119,7 @@ class Reader {
 
 ParsedSurface parse_medit(std::string_view text, const std::string& name) {
   ParsedSurface result;
-  result.data.mesh = Reader(text, name).read();
+  result.data.mesh = MeditReader(text, name).read();
   return result;
 }
 

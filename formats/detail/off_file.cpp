@@ -8,9 +8,9 @@
 namespace angio::formats::detail {
 namespace {
 
-class Reader {
+class OffReader {
  public:
-  Reader(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
+  OffReader(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
 
   /// Number of triangles that the last face is cut into.
   [[nodiscard]] std::size_t last_face() const { return last_face_; }
@@ -90,7 +90,7 @@ class Reader {
 }  // namespace
 
 ParsedSurface parse_off(std::string_view text, const std::string& name) {
-  Reader reader(text, name);
+  OffReader reader(text, name);
   ParsedSurface result = reader.read();
   require_whole_last_face(text, result.data.mesh, reader.last_face(), name);
   return result;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "formats/detail/append_number.hpp"
 #include "formats/detail/header_text.hpp"
 #include "formats/detail/surface_cleanup.hpp"
 #include "formats/detail/surface_formats.hpp"
@@ -36,7 +37,7 @@ struct Header {
   std::size_t size = 0;  ///< [byte]
 };
 
-[[noreturn]] void fail(const std::string& name, const std::string& why) {
+[[noreturn]] void refuse_ply(const std::string& name, const std::string& why) {
   throw InputError(name + " cannot be read as PLY (" + why + "). Export the surface again");
 }
 
@@ -52,7 +53,7 @@ void parse_header_line(Header& header, std::string_view line, const std::string&
     else if (encoding == "binary_big_endian")
       header.encoding = Encoding::big_endian;
     else
-      fail(name, "unknown format");
+      refuse_ply(name, "unknown format");
   } else if (kind == "comment" || kind == "obj_info") {
     if (says_ras(line)) header.in_ras = true;
     if (const auto unit = stated_unit(line)) header.unit = unit;
@@ -60,11 +61,11 @@ void parse_header_line(Header& header, std::string_view line, const std::string&
     Element element;
     element.name = tokens.next();
     const auto count = parse_number<std::uint32_t>(tokens.next());
-    if (!count) fail(name, "an element has no count");
+    if (!count) refuse_ply(name, "an element has no count");
     element.count = *count;
     header.elements.push_back(element);
   } else if (kind == "property") {
-    if (header.elements.empty()) fail(name, "a property comes before its element");
+    if (header.elements.empty()) refuse_ply(name, "a property comes before its element");
     Property property;
     property.type = tokens.next();
     if (property.type == "list") {
@@ -79,7 +80,7 @@ void parse_header_line(Header& header, std::string_view line, const std::string&
 Header parse_header(std::string_view bytes, const std::string& name) {
   Header header;
   Lines lines(bytes);
-  if (lines.next() != "ply") fail(name, "it does not begin with \"ply\"");
+  if (lines.next() != "ply") refuse_ply(name, "it does not begin with \"ply\"");
   while (const auto line = lines.next()) {
     if (*line == "end_header") {
       header.size = lines.position();
@@ -87,7 +88,7 @@ Header parse_header(std::string_view bytes, const std::string& name) {
     }
     parse_header_line(header, *line, name);
   }
-  fail(name, "its header has no end");
+  refuse_ply(name, "its header has no end");
 }
 
 /// Gives the numbers of a PLY body one by one.
@@ -99,7 +100,7 @@ class Body {
   double next(const std::string& type) {
     if (encoding_ == Encoding::ascii) {
       const auto number = parse_number<double>(tokens_.next());
-      if (!number) fail(name_, "it ends too early or holds a word where a number should be");
+      if (!number) refuse_ply(name_, "it ends too early or holds a word where a number should be");
       return *number;
     }
     if (type == "char" || type == "int8") return raw<std::int8_t>();
@@ -110,13 +111,13 @@ class Body {
     if (type == "uint" || type == "uint32") return raw<std::uint32_t>();
     if (type == "float" || type == "float32") return double(raw<float>());
     if (type == "double" || type == "float64") return raw<double>();
-    fail(name_, "unknown number type \"" + type + "\"");
+    refuse_ply(name_, "unknown number type \"" + type + "\"");
   }
 
  private:
   template <class Number>
   Number raw() {
-    if (position_ + sizeof(Number) > bytes_.size()) fail(name_, "it was cut short");
+    if (position_ + sizeof(Number) > bytes_.size()) refuse_ply(name_, "it was cut short");
     std::array<char, sizeof(Number)> buffer;
     std::memcpy(buffer.data(), bytes_.data() + position_, sizeof(Number));
     position_ += sizeof(Number);
@@ -146,13 +147,14 @@ void read_face(Body& body, const Element& element, TriangleMesh& mesh, const std
   for (const Property& property : element.properties) {
     const bool is_corners = property.name == "vertex_indices" || property.name == "vertex_index";
     const double count = property.count_type.empty() ? 1.0 : body.next(property.count_type);
-    if (is_corners && (count < 3.0 || count > 1e6)) fail(name, "a face has fewer than 3 corners");
+    if (is_corners && (count < 3.0 || count > 1e6))
+      refuse_ply(name, "a face has fewer than 3 corners");
     std::vector<int> corners;
     for (double c = 0.0; c < count; ++c) {
       const double value = body.next(property.type);
       if (!is_corners) continue;
       if (value < 0.0 || value > double(std::numeric_limits<int>::max()))
-        fail(name, "a face names a point that is not there");
+        refuse_ply(name, "a face names a point that is not there");
       corners.push_back(int(value));
     }
     for (std::size_t c = 2; c < corners.size(); ++c)
@@ -168,13 +170,6 @@ void skip(Body& body, const Element& element) {
   }
 }
 
-template <class Number>
-void append(std::string& bytes, Number number) {
-  char raw[sizeof(Number)];
-  std::memcpy(raw, &number, sizeof(Number));
-  bytes.append(raw, sizeof(Number));
-}
-
 }  // namespace
 
 ParsedSurface parse_ply(std::string_view bytes, const std::string& name) {
@@ -187,7 +182,7 @@ ParsedSurface parse_ply(std::string_view bytes, const std::string& name) {
   std::size_t last_face = 0;  // in triangles; 0 while something else comes last
   for (const Element& element : header.elements) {
     // Every element takes at least a byte: a larger count is damage, not a large mesh.
-    if (element.count > bytes.size()) fail(name, "it was cut short");
+    if (element.count > bytes.size()) refuse_ply(name, "it was cut short");
     for (std::size_t i = 0; i < element.count; ++i) {
       const std::size_t before = mesh.triangles.size();
       if (element.name == "vertex")
@@ -214,10 +209,10 @@ std::string ply_bytes(const TriangleMesh& mesh) {
       std::to_string(mesh.triangles.size()) +
       "\nproperty list uchar int vertex_indices\nend_header\n";
   for (const Vec3& point : mesh.vertices)
-    for (int axis = 0; axis < 3; ++axis) append(bytes, point[axis]);
+    for (int axis = 0; axis < 3; ++axis) append_number(bytes, point[axis]);
   for (const Triangle& triangle : mesh.triangles) {
-    append(bytes, std::uint8_t(3));
-    for (const int corner : triangle) append(bytes, std::int32_t(corner));
+    append_number(bytes, std::uint8_t(3));
+    for (const int corner : triangle) append_number(bytes, std::int32_t(corner));
   }
   return bytes;
 }

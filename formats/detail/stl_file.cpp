@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "formats/detail/append_number.hpp"
 #include "formats/detail/header_text.hpp"
 #include "formats/detail/surface_formats.hpp"
 #include "formats/tokens.hpp"
@@ -149,15 +150,8 @@ ParsedSurface parse_ascii(std::string_view text, const std::string& name) {
   return result;
 }
 
-template <class Number>
-void append(std::string& bytes, Number number) {
-  char raw[sizeof(Number)];
-  std::memcpy(raw, &number, sizeof(Number));
-  bytes.append(raw, sizeof(Number));
-}
-
 void append_float3(std::string& bytes, const Vec3& v) {
-  for (int axis = 0; axis < 3; ++axis) append(bytes, float(v[axis]));
+  for (int axis = 0; axis < 3; ++axis) append_number(bytes, float(v[axis]));
 }
 
 }  // namespace
@@ -183,11 +177,11 @@ std::string stl_bytes(const TriangleMesh& mesh) {
   std::string bytes = "SPACE=LPS unit=mm binary STL";  // must not begin with "solid"
   bytes.resize(kHeaderBytes, '\0');
   bytes.reserve(kHeaderBytes + 4 + kFacetBytes * mesh.triangles.size());
-  append(bytes, std::uint32_t(mesh.triangles.size()));
+  append_number(bytes, std::uint32_t(mesh.triangles.size()));
   for (const Triangle& triangle : mesh.triangles) {
     append_float3(bytes, normalized(area_vector_doubled(mesh, triangle)));
     for (const int corner : triangle) append_float3(bytes, mesh.vertices[std::size_t(corner)]);
-    append(bytes, std::uint16_t(0));
+    append_number(bytes, std::uint16_t(0));
   }
   return bytes;
 }

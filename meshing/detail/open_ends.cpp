@@ -9,6 +9,7 @@
 
 #include "core/centerline_trees.hpp"
 #include "core/error.hpp"
+#include "meshing/detail/edge_table.hpp"
 
 namespace angio::meshing::detail {
 namespace {
@@ -44,9 +45,6 @@ double roundness(const std::vector<Vec3>& points) {
   }
   return 2.0 * std::numbers::pi * norm(area_doubled) / (perimeter * perimeter);
 }
-
-using EdgeKey = std::array<int, 2>;
-EdgeKey edge_key(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 int nearest_vertex(const TriangleMesh& mesh, const Vec3& point) {
   int best = 0;

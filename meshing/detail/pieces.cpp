@@ -79,10 +79,10 @@ void note(std::vector<SurfaceRepair>& repairs, const char* one, const char* many
 
 namespace {
 
-struct Box {
+struct Bounds {
   Vec3 low, high;
-  Box() = default;
-  explicit Box(const TriangleMesh& mesh) : low(mesh.vertices.front()), high(low) {
+  Bounds() = default;
+  explicit Bounds(const TriangleMesh& mesh) : low(mesh.vertices.front()), high(low) {
     for (const Vec3& p : mesh.vertices)
       for (int axis = 0; axis < 3; ++axis) {
         low[axis] = std::min(low[axis], p[axis]);
@@ -92,7 +92,7 @@ struct Box {
   [[nodiscard]] double extent() const {
     return std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   }
-  [[nodiscard]] bool meets(const Box& other) const {
+  [[nodiscard]] bool meets(const Bounds& other) const {
     bool apart = false;
     for (int axis = 0; axis < 3; ++axis)
       apart = apart || low[axis] > other.high[axis] || other.low[axis] > high[axis];
@@ -104,7 +104,7 @@ struct Box {
 struct Piece {
   TriangleMesh mesh;
   TriangleMesh closed = {};
-  Box box = {};
+  Bounds box = {};
   double area = 0.0;
   double volume = 0.0;
   bool is_gone = false;
@@ -120,7 +120,7 @@ bool settle(Piece& piece) {
       for (Triangle& t : turn->triangles) std::swap(t[1], t[2]);
     piece.volume = -piece.volume;
   }
-  piece.box = Box(piece.mesh);
+  piece.box = Bounds(piece.mesh);
   piece.area = surface_area(piece.mesh);
   return is_inside_out;
 }
@@ -363,9 +363,9 @@ TriangleMesh settle_pieces(const TriangleMesh& mesh, const SurfaceRepairOptions&
   });
   Count left_out;
   for (auto piece = small; piece != apart.end(); ++piece)
-    left_out.add(piece->vertices.front(), Box(*piece).extent());
+    left_out.add(piece->vertices.front(), Bounds(*piece).extent());
   for (const TriangleMesh& piece : touching)
-    left_out.add(piece.vertices.front(), Box(piece).extent());
+    left_out.add(piece.vertices.front(), Bounds(piece).extent());
   note(repairs, "smaller piece left out", "smaller pieces left out", left_out);
   apart.erase(small, apart.end());
   return joined(apart);

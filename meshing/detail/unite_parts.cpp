@@ -119,11 +119,11 @@ LevelBand union_level_set(const Winding& winding, const TriangleMesh& exposed,
   return band;
 }
 
-struct Box {
+struct PartBounds {
   Vec3 low, high;
 };
-Box box_around(const TriangleMesh& surface) {
-  Box box{surface.vertices.front(), surface.vertices.front()};
+PartBounds box_around(const TriangleMesh& surface) {
+  PartBounds box{surface.vertices.front(), surface.vertices.front()};
   for (const Vec3& p : surface.vertices)
     for (int axis = 0; axis < 3; ++axis) {
       box.low[axis] = std::min(box.low[axis], p[axis]);
@@ -132,7 +132,7 @@ Box box_around(const TriangleMesh& surface) {
   return box;
 }
 
-VolumeGeometry grid_in(const Box& box, double step) {
+VolumeGeometry grid_in(const PartBounds& box, double step) {
   constexpr double kOff = 1.234567e-4;  // steps; the lines miss the vertices of constructions
   VolumeGeometry grid;
   grid.spacing = {step, step, step};
@@ -151,7 +151,7 @@ Union contour_union(const TriangleMesh& closed, double thin) {
   constexpr double kMostAlong = 1e5;                                          // cells of a side
   constexpr double kTrianglesOfCell = 6.0;                                    // 4 to 8
   constexpr double kCrumb = 1e-3;                                             // of the volume
-  const Box box = box_around(closed);
+  const PartBounds box = box_around(closed);
   const Vec3 sides = box.high - box.low;
   const double of_box = std::cbrt(sides.x * sides.y * sides.z / kManyInBox);
   double step = std::clamp(of_box, thin / kAcross, thin / kLeastAcross);

@@ -13,9 +13,9 @@ namespace {
 constexpr double kStepShare = 1.0 / 32.0;   // of the wall's thickness
 constexpr double kLeastStep = 1.0 / 200.0;  // of the healthy radius
 constexpr double kTurnShare = 0.5;          // of it, over which a way turns to the gradient
-constexpr double kReach = 3.0;              // outer radii, after which a way is given up
+constexpr double kReachOfWay = 3.0;         // outer radii, after which a way is given up
 constexpr double kDescent = 0.25;           // of the thickness, by which a way may lead back
-constexpr double kLeastRise = 0.3;          // sine of a way's angle to the triangles that it leaves
+constexpr double kLeastRiseOfWay = 0.3;     // sine of a way's angle to the triangles that it leaves
 // Cosine between the way out of the lumen and that away from the lines, from which on the lines
 // lead, and below which they do not; the way over the thickness, likewise.
 constexpr double kLeads = 0.8, kMisleads = 0.5;
@@ -66,7 +66,7 @@ std::vector<Vec3> outward_directions(const TriangleMesh& lumen, const HealthyVes
   const auto normals = normals_around_vertices(lumen);
   parallel_for(std::ptrdiff_t(directions.size()), [&](std::ptrdiff_t i) {
     const auto v = std::size_t(i);
-    directions[v] = risen(directions[v], normals[v], most_normal(normals[v]), kLeastRise);
+    directions[v] = risen(directions[v], normals[v], most_normal(normals[v]), kLeastRiseOfWay);
   });
   return directions;
 }
@@ -97,7 +97,7 @@ class Walk {
     };
     HealthyPlace at = place(start);
     append(column, start, at.distance);
-    const double reach = kReach * (1.0 + thickness_per_radius_) * at.radius;
+    const double reach = kReachOfWay * (1.0 + thickness_per_radius_) * at.radius;
     const double base = std::max(0.0, at.distance);
     Vec3 along = direction;
     double highest = at.distance;

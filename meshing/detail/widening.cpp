@@ -10,7 +10,7 @@ namespace {
 
 // From the line, in radii of the lumen there: what lies further off is another vessel's. The wall
 // of a lumen whose line is well in the middle is at 1, that of an oval of 1:2 at 2.
-constexpr double kReach = 2.0;
+constexpr double kReachBeside = 2.0;
 constexpr double kLeastShare = 0.4;    // that lengths count: triangles keep their angles
 constexpr double kTangentReach = 0.5;  // radii over which a line's direction is taken
 
@@ -45,7 +45,7 @@ Vec3 Widening::at(const Vec3& point) const {
     if (abscissa <= path.abscissa.front() || abscissa >= path.abscissa.back()) continue;
     const CenterlineSample place = sample(path, abscissa);
     const double own = place.inscribed_radius;
-    if (!(own < radius) || distance(point, place.point) > kReach * own) continue;
+    if (!(own < radius) || distance(point, place.point) > kReachBeside * own) continue;
     const double reach = kTangentReach * own;
     const Vec3 along =
         normalized(sample(path, abscissa + reach).point - sample(path, abscissa - reach).point);

@@ -10,7 +10,7 @@ namespace {
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 /// In single quotes, as all three shells read them; fish also reads backslashes there.
-std::string quoted(const std::string& text, bool is_fish = false) {
+std::string quoted_for_shell(const std::string& text, bool is_fish = false) {
   std::string result = "'";
   for (const char c : text) {
     if (c == '\'')
@@ -74,14 +74,14 @@ std::string described(const std::vector<OptionDescription>& options) {
   std::string words;
   for (const OptionDescription& option : options)
     for (const std::string& name : option.names)
-      words += " " + quoted(name + ":" + first_line(option.help));
+      words += " " + quoted_for_shell(name + ":" + first_line(option.help));
   return words;
 }
 
 std::string zsh_script(const ProgramDescription& program) {
   std::string commands, options;
   for (const CommandDescription& command : program.commands) {
-    commands += " " + quoted(command.name + ":" + first_line(command.help));
+    commands += " " + quoted_for_shell(command.name + ":" + first_line(command.help));
     options += fmt::format("    {}) list=({} ) ;;\n", command.name, described(command.options));
   }
   return fmt::format(
@@ -105,14 +105,14 @@ std::string zsh_script(const ProgramDescription& program) {
 }
 
 std::string fish_option(const OptionDescription& option, const std::string& condition) {
-  std::string text = fmt::format("complete -c angio -n {}", quoted(condition, true));
+  std::string text = fmt::format("complete -c angio -n {}", quoted_for_shell(condition, true));
   for (const std::string& name : option.names)
     text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
   if (!option.choices.empty())
     text += fmt::format(" -x -a '{}'", fmt::join(option.choices, " "));
   else if (!option.value.empty())
     text += " -r";
-  return text + " -d " + quoted(first_line(option.help), true) + "\n";
+  return text + " -d " + quoted_for_shell(first_line(option.help), true) + "\n";
 }
 
 std::string fish_script(const ProgramDescription& program) {
@@ -121,7 +121,7 @@ std::string fish_script(const ProgramDescription& program) {
     if (!option.names.empty()) text += fish_option(option, "__fish_use_subcommand");
   for (const CommandDescription& command : program.commands) {
     text += fmt::format("complete -c angio -n __fish_use_subcommand -f -a {} -d {}\n", command.name,
-                        quoted(first_line(command.help), true));
+                        quoted_for_shell(first_line(command.help), true));
     for (const OptionDescription& option : command.options)
       if (!option.names.empty())
         text += fish_option(option, "__fish_seen_subcommand_from " + command.name);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <tuple>
@@ -22,7 +21,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPercents = 1.0, kRatios = 0.01, kAtmospheres = 0.1,
                  kVolumes = 0.1;  // what numbers are told to
 
@@ -40,7 +38,7 @@ double number_at(const json& metrics, const char* pointer) {
   const json::json_pointer at(pointer);
   return metrics.is_object() && metrics.contains(at) && metrics.at(at).is_number()
              ? metrics.at(at).get<double>()
-             : kNone;
+             : kNotMeasured;
 }
 
 bool is_coronary(const json& metrics) {
@@ -240,7 +238,7 @@ CandidateResult judge_candidate(const Candidate& candidate, const VariantRow& ro
   if (row.status == "done" && !is_lesion_of(metrics, lesion)) {
     result.row.status = "not_determined";
     result.row.reason = "the balloon does not fit this lesion: another one was treated";
-    std::fill(result.row.measures.begin(), result.row.measures.end(), kNone);
+    std::fill(result.row.measures.begin(), result.row.measures.end(), kNotMeasured);
   }
   standing.certainty = result.row.status == "done"             ? Certainty::determined
                        : result.row.status == "not_determined" ? Certainty::not_determined

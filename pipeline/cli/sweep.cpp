@@ -7,7 +7,6 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -24,8 +23,6 @@ namespace angio::pipeline {
 namespace fs = std::filesystem;
 using nlohmann::json;
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// What a folder's name may hold of a value.
 std::string as_name(std::string text) {
@@ -126,7 +123,7 @@ std::vector<viewer::SweepPanel> panels_of(const std::vector<SweepAxis>& axes,
   std::vector<double> x;
   std::vector<std::string> labels;
   for (const VariantRow& row : rows) {
-    x.push_back(formats::parse_number<double>(value_of(row.variant, 0)).value_or(kNone));
+    x.push_back(formats::parse_number<double>(value_of(row.variant, 0)).value_or(kNotMeasured));
     std::string& others = labels.emplace_back();
     for (std::size_t a = 1; a < axes.size(); ++a)
       others += (others.empty() ? "" : ", ") + words_of(axes[a], value_of(row.variant, a));

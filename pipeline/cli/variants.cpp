@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
@@ -19,11 +18,7 @@
 namespace angio::pipeline {
 namespace fs = std::filesystem;
 using nlohmann::json;
-namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
+namespace {}  // namespace
 
 void seed_variant(const fs::path& base, const fs::path& variant) {
   if (fs::exists(variant / "run.json")) return;
@@ -67,7 +62,8 @@ const std::vector<VariantMeasure>& variant_measures() {
 }
 
 VariantRow read_variant(const fs::path& folder, const BatchCase& variant) {
-  VariantRow row{variant, "failed", "", std::vector<double>(variant_measures().size(), kNone)};
+  VariantRow row{variant, "failed", "",
+                 std::vector<double>(variant_measures().size(), kNotMeasured)};
   const fs::path file = folder / variant.name / "metrics.json";
   const json metrics = fs::exists(file) ? json::parse(read_text(file), nullptr, false) : json();
   if (!metrics.is_object()) return row;

@@ -2,6 +2,7 @@
 
 #include <CLI/App.hpp>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -19,6 +20,7 @@ namespace angio::pipeline {
 
 /// Of one call.
 inline constexpr std::size_t kMostVariants = 1000;
+inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
 /// Gives a variant the case's finished stages, by hard links where the file system has them: what
 /// its settings do not change is not made again. The report stays behind. A variant that is there

@@ -18,7 +18,7 @@ constexpr double kLeastBeats = 3.0;
 constexpr double kLeastPixels = 0.5;
 constexpr double kLeastRatio = 10.0;        ///< at a rate that R waves tell,
 constexpr double kLeastRatioSought = 20.0;  ///< and at the best of many
-constexpr int kLeastFrames = 24;            ///< that tell a beat from noise
+constexpr int kLeastFramesOfBeat = 24;      ///< that tell a beat from noise
 constexpr std::size_t kLeastGated = 6;
 constexpr double kLeastStep = units::kPi / 180.0;  ///< between frames of a run without R waves
 
@@ -65,7 +65,7 @@ Phases find_phases(const RotationalRun& run, const std::vector<double>& signal,
 }
 
 bool can_be_timed(const RotationalRun& run) {
-  return run.times_s.size() == run.frames.size() && int(run.frames.size()) >= kLeastFrames;
+  return run.times_s.size() == run.frames.size() && int(run.frames.size()) >= kLeastFramesOfBeat;
 }
 
 }  // namespace
@@ -131,7 +131,7 @@ Gate gate_run(const RotationalRun& run, double air, const ReconstructionOptions&
       throw InputError(fmt::format(
           "the run cannot be gated (its frames' times are not stated, or it has fewer than {} "
           "frames). Leave reconstruction.gating at auto",
-          kLeastFrames));
+          kLeastFramesOfBeat));
     return gate;
   }
   const Orbit orbit = fit_orbit(run.frames);

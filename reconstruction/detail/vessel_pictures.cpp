@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kTerms = 15;  ///< of a polynomial of the fourth degree in two variables
 constexpr int kTurns = 4;
-constexpr double kAboveNoise = 3.0;
+constexpr double kPictureAboveNoise = 3.0;
 constexpr int kSkirt = 2;  ///< pixels around a vessel that its blur reaches
 using Terms = Eigen::Matrix<double, kTerms, 1>;
 
@@ -102,7 +102,7 @@ std::vector<std::uint8_t> bright(const std::vector<float>& excess, const Picture
                                  double noise) {
   std::vector<double> smooth = summed(std::vector<double>(excess.begin(), excess.end()), size, 1);
   // Sums of nine pixels.
-  const double least = std::max(kAboveNoise * 3.0 * noise, 1e-9);
+  const double least = std::max(kPictureAboveNoise * 3.0 * noise, 1e-9);
   for (double& value : smooth) value = value > least ? 1.0 : 0.0;
   smooth = summed(std::move(smooth), size, kSkirt);
   std::vector<std::uint8_t> is_bright(smooth.size());

@@ -25,9 +25,9 @@ constexpr double kRingMm = 3.0;           ///< of background looked at
 constexpr double kRoughnessVoxels = 0.7;  ///< that noise leaves on the rough boundary
 constexpr int kFitRounds = 2;             ///< between which intensities are told anew
 constexpr int kFitSteps = 3;
-constexpr double kBandVoxels = 2.5;    ///< of distance that the fit looks at
-constexpr float kLeastShare = 0.2f;    ///< of the contrast: T never goes below
-constexpr double kVoxelBudget = 64e6;  ///< of the result
+constexpr double kFitVoxels = 2.5;             ///< of distance that the fit looks at
+constexpr float kLeastShareOfContrast = 0.2f;  ///< of the contrast: T never goes below
+constexpr double kVoxelBudget = 64e6;          ///< of the result
 constexpr double kBesideVoxels = 1.5;  ///< of the tree: may be lumen below the level of blood
 constexpr float kPeakShare = 0.7f;     ///< T stays below this share of the local peak
 
@@ -80,7 +80,7 @@ Volume<float> level_function(const BoundaryInput& input, const Volume<float>& pe
         const float half = b + 0.5f * contrast;
         const float below_peak = b + kPeakShare * (peak.at(i, j, int(k)) - b);
         const float threshold =
-            std::max({std::min(half, below_peak), b + kLeastShare * contrast, lowest});
+            std::max({std::min(half, below_peak), b + kLeastShareOfContrast * contrast, lowest});
         const float value = volume.at(i, j, int(k));
         float excess = (value - threshold) / contrast;
         if (value > highest) excess = -0.5f;
@@ -320,11 +320,11 @@ Boundary find_boundary(const BoundaryInput& input, const SegmentationOptions& op
   progress.report(0.7, "finding the boundary");
   const FineGrid fine = fine_grid(voxels);
   Volume<float> phi =
-      refine_near_zero(without_roughness(rough.distance), fine, float(kBandVoxels * widest));
+      refine_near_zero(without_roughness(rough.distance), fine, float(kFitVoxels * widest));
   Boundary boundary;
   Blur blur;
   for (int round = 0; round < kFitRounds; ++round) {
-    keep_distance_band(phi, kBandVoxels * voxel);
+    keep_distance_band(phi, kFitVoxels * voxel);
     const Volume<float> share = blurred_share(phi, fine, voxels, blur);
     const double sd = std::hypot(blur.sd_voxels.x, 0.3);
     const IntensityLevels levels =
@@ -363,10 +363,10 @@ Volume<float> find_label_boundary(const Volume<std::uint8_t>& labels,
       level.values[v] = 0.5f - image.values[v];
     }
   });
-  const Volume<float> distance = signed_distance(std::move(level), 2.0 * kBandVoxels * widest);
+  const Volume<float> distance = signed_distance(std::move(level), 2.0 * kFitVoxels * widest);
   const FineGrid fine = fine_grid(voxels);
   Volume<float> phi =
-      refine_near_zero(without_roughness(distance), fine, float(kBandVoxels * widest));
+      refine_near_zero(without_roughness(distance), fine, float(kFitVoxels * widest));
   VolumeGeometry one_block = voxels;
   one_block.size = {1, 1, 1};
   const IntensityLevels levels{{Volume<float>(one_block, 1.0f), voxels.size},
@@ -379,7 +379,7 @@ Volume<float> find_label_boundary(const Volume<std::uint8_t>& labels,
   model.blur_is_known = true;
   Blur none{{0.0, 0.0, 0.0}, true};
   for (int round = 0; round < kFitRounds; ++round) {
-    keep_distance_band(phi, kBandVoxels * mean_spacing(voxels));
+    keep_distance_band(phi, kFitVoxels * mean_spacing(voxels));
     fit_edges(phi, fine, model, none, kFitSteps);
     progress.report(0.4 + 0.2 * (round + 1), "smoothing labels");
   }

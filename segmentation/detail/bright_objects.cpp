@@ -23,7 +23,7 @@ constexpr float kCoreExcess = 0.35f;      ///< of the contrast above the lumen: 
 constexpr float kObjectExcess = 0.5f;     ///< that an object must reach
 constexpr double kTubeShare = 0.5;        ///< of an object's extent with an axis in it: a vessel
 constexpr double kPlaqueQuantile = 0.75;  ///< plaque may lie along a quarter of the vessels
-constexpr std::size_t kLeastVoxels = 27;
+constexpr std::size_t kLeastObjectVoxels = 27;
 
 /// Of the tubes of a volume.
 struct TubeLevel {
@@ -92,7 +92,7 @@ std::vector<bool> bright_among(const Components& pieces, const Volume<float>& de
     }
   std::vector<bool> is_bright(peak.size(), false);
   for (std::size_t p = 1; p < peak.size(); ++p)
-    is_bright[p] = peak[p] >= least_peak && pieces.voxel_count[p] >= kLeastVoxels &&
+    is_bright[p] = peak[p] >= least_peak && pieces.voxel_count[p] >= kLeastObjectVoxels &&
                    double(pieces.voxel_count[p]) * voxel_volume(grid) >= options.min_component_mm3;
   for (const Vec3& seed : options.seeds_lps_mm)
     if (const auto v = voxel_at(grid, seed)) is_bright[std::size_t(pieces.label[*v])] = false;

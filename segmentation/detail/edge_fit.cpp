@@ -13,11 +13,11 @@ namespace angio::segmentation::detail {
 namespace {
 
 constexpr double kMostShift = 0.5;         ///< voxels that a step may move the boundary by
-constexpr double kBandVoxels = 2.0;        ///< beside the boundary that are moved with it
+constexpr double kMovedVoxels = 2.0;       ///< beside the boundary that are moved with it
 constexpr float kMostResidual = 0.5f;      ///< more is something that the model does not know
 constexpr float kLifted = 0.1f;            ///< of the contrast: a background lifted by more
 constexpr float kLeastEdge = 0.03f;        ///< of the information a flat boundary holds
-constexpr int kBlock = 6;                  ///< voxels along each side that share a misfit
+constexpr int kBlockVoxels = 6;            ///< voxels along each side that share a misfit
 constexpr double kNoiseOfOneVoxel = 0.04;  ///< of the contrast: asks for a window of one voxel
 constexpr double kNarrowestWindow = 0.25;  ///< [voxels^2] variance
 constexpr double kWidestWindow = 4.0;      ///< likewise
@@ -35,8 +35,8 @@ struct Misfit {
   explicit Misfit(const VolumeGeometry& voxels) {
     VolumeGeometry blocks = voxels;
     for (std::size_t a = 0; a < 3; ++a) {
-      blocks.size[a] = (voxels.size[a] + kBlock - 1) / kBlock;
-      blocks.spacing[int(a)] *= kBlock;
+      blocks.size[a] = (voxels.size[a] + kBlockVoxels - 1) / kBlockVoxels;
+      blocks.spacing[int(a)] *= kBlockVoxels;
     }
     sum = weight = Volume<float>(blocks);
   }
@@ -53,7 +53,8 @@ struct Windows {
       : narrow_variance(
             std::clamp(noise_share / kNoiseOfOneVoxel, kNarrowestWindow, kWidestWindow)),
         narrow(sampled_gaussian(narrow_variance)),
-        wide_part(Volume<float>(Misfit(voxels).sum.geometry, 1.0f), {kBlock, kBlock, kBlock}) {}
+        wide_part(Volume<float>(Misfit(voxels).sum.geometry, 1.0f),
+                  {kBlockVoxels, kBlockVoxels, kBlockVoxels}) {}
 };
 
 /// The work on one brick, and its memory.
@@ -162,7 +163,8 @@ void BrickFit::explain(const Brick& brick, BlurSums& sums, Misfit& misfit) {
         pull_.row(j, k)[i] = std::sqrt(squared) * e;
         hold_.row(j, k)[i] = squared;
         if (!is_own(vi, 0) || !is_own(vj, 1) || !is_own(vk, 2)) continue;
-        const std::size_t block = misfit.sum.geometry.offset(vi / kBlock, vj / kBlock, vk / kBlock);
+        const std::size_t block =
+            misfit.sum.geometry.offset(vi / kBlockVoxels, vj / kBlockVoxels, vk / kBlockVoxels);
         misfit.sum.values[block] += squared * e * e;
         misfit.weight.values[block] += squared;
         const double twice = 2.0 * double(m[i]);
@@ -279,7 +281,7 @@ CoarseField wide_part_for(Misfit misfit, const Windows& windows, double noise_sh
     misfit.sum.values[v] =
         found > kCertain * noise_share ? float(std::clamp(part, 0.0, 1.0)) : 0.0f;
   }
-  return {std::move(misfit.sum), {kBlock, kBlock, kBlock}};
+  return {std::move(misfit.sum), {kBlockVoxels, kBlockVoxels, kBlockVoxels}};
 }
 
 bool has_wide_part(const Windows& windows, const Brick& brick) {
@@ -348,7 +350,7 @@ void smooth_unexplained(Volume<float>& phi, const FineGrid& fine, const std::vec
 void fit_edges(Volume<float>& phi, const FineGrid& fine, const EdgeModel& model, Blur& blur,
                int steps) {
   const VolumeGeometry& voxels = model.image.geometry;
-  const auto band = float(kBandVoxels * voxels.longest_spacing());
+  const auto band = float(kMovedVoxels * voxels.longest_spacing());
   Windows windows(model.noise_share, voxels);
   const auto edge = float(voxels.longest_spacing());
   // No step comes to others: each moves the boundary by part of a voxel.

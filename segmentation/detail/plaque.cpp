@@ -11,7 +11,7 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr int kReach = 4;            ///< voxels around a piece that are looked at
+constexpr int kReachVoxels = 4;      ///< voxels around a piece that are looked at
 constexpr double kShell = 2.6;       ///< voxels: two blurs of 0.8 voxels and a voxel
 constexpr double kOuterShell = 1.5;  ///< voxels: from plaque's threshold to half of blood's
 constexpr double kSharp = 0.12;      ///< contrasts a voxel: where blood mixes, it is gentler
@@ -44,8 +44,9 @@ std::vector<Index> steps_within(double reach) {
 VoxelBox grown(const VoxelBox& box, const VolumeGeometry& grid) {
   VoxelBox result;
   for (std::size_t a = 0; a < 3; ++a) {
-    result.first[a] = std::max(box.first[a] - kReach, 0);
-    result.size[a] = std::min(box.first[a] + box.size[a] + kReach, grid.size[a]) - result.first[a];
+    result.first[a] = std::max(box.first[a] - kReachVoxels, 0);
+    result.size[a] =
+        std::min(box.first[a] + box.size[a] + kReachVoxels, grid.size[a]) - result.first[a];
   }
   return result;
 }
@@ -295,7 +296,7 @@ std::vector<bool> find_plaque(const Components& pieces, const std::vector<VoxelB
 void darken_plaque(const Components& pieces, const std::vector<VoxelBox>& boxes,
                    const std::vector<bool>& is_plaque, const Volume<float>& denoised,
                    const PlaqueLevel& level, Volume<float>& image) {
-  const std::vector<Index> steps = steps_within(kReach), shell = steps_within(kShell);
+  const std::vector<Index> steps = steps_within(kReachVoxels), shell = steps_within(kShell);
   for (std::size_t p = 1; p < boxes.size(); ++p) {
     if (!is_plaque[p]) continue;
     const Surroundings around(pieces, p, denoised, level);

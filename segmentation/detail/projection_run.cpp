@@ -10,7 +10,7 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr double kSameSpacing = 1e-3;        ///< relative
+constexpr double kSameViewSpacing = 1e-3;    ///< relative
 constexpr double kSameMagnification = 0.01;  ///< relative
 
 /// A value anywhere in an object, also in its functional groups.
@@ -152,7 +152,7 @@ void parse_spacing(DcmDataset& dataset, ProjectionRun& run) {
   if (detector[0] <= 0.0)
     return set(stated, SpacingPlane::unknown,
                "spacing: stated without the detector's, so that its plane is not known");
-  if (stated[0] > 0.0 && stated[0] < detector[0] * (1.0 - kSameSpacing))
+  if (stated[0] > 0.0 && stated[0] < detector[0] * (1.0 - kSameViewSpacing))
     return set(stated, SpacingPlane::calibrated,
                "spacing: calibrated on an object in the picture (PixelSpacing is finer than the "
                "detector's " +

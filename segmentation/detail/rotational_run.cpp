@@ -9,7 +9,7 @@ namespace angio::segmentation::detail {
 namespace {
 
 constexpr double kLeastTurn = 40.0;  ///< [degrees]
-constexpr double kFullTurn = 360.0;
+constexpr double kOneTurn = 360.0;
 constexpr double kStillMm = 0.5;
 constexpr int kLeastFrames = 3;
 
@@ -25,7 +25,7 @@ double turn_of(const ProjectionRun& run) {
 
 /// What to try where increments may be steps from frame to frame.
 std::string hint_of_steps(const ProjectionRun& run) {
-  double sum = 0.0, least = kFullTurn, most = 0.0;
+  double sum = 0.0, least = kOneTurn, most = 0.0;
   for (std::size_t frame = 1; frame < run.primary_angles_degrees.size(); ++frame) {
     const double step = run.primary_angles_degrees[frame] - run.base_angles_degrees[0];
     sum += step;
@@ -33,7 +33,7 @@ std::string hint_of_steps(const ProjectionRun& run) {
     most = std::max(most, std::abs(step));
   }
   if (most > 2.0 * least) return {};  // they grow, as angles do
-  if (std::abs(sum) < kLeastTurn || std::abs(sum) > kFullTurn) return {};
+  if (std::abs(sum) < kLeastTurn || std::abs(sum) > kOneTurn) return {};
   return "; its increments add up to " + format_number(std::abs(sum)) +
          " degrees: where they are steps from frame to frame, give --angles cumulative";
 }

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kBandVoxels = 4.0;  ///< distance to which closest points are found voxel by voxel
 constexpr int kBrick = 32;           ///< voxels along each side that are worked on at once
-constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr float kUnreached = std::numeric_limits<float>::infinity();
 using Offset = Vec3T<float>;  ///< from a voxel's centre to its closest point, along the axes [mm]
 
 /// Weights of Catmull-Rom's cubic at t in [0, 1] and of its derivative.
@@ -162,7 +162,7 @@ bool BrickDistance::find_changes(const float* row, std::ptrdiff_t nj, std::ptrdi
 
 /// @return false if the zero does not come near the brick
 bool BrickDistance::find_first_layer() {
-  squared_.assign(patch_.values.size(), kFar);
+  squared_.assign(patch_.values.size(), kUnreached);
   offset_.resize(patch_.values.size());
   const auto [ni, nj, nk] = patch_.size;
   const std::array<std::ptrdiff_t, 3> stride{1, ni, std::ptrdiff_t(ni) * nj};
@@ -208,7 +208,7 @@ void BrickDistance::propagate(const Brick& brick) {
     if (bucket < front_.size()) front_[bucket].push_back(std::uint32_t(v));
   };
   for (std::size_t v = 0; v < squared_.size(); ++v)
-    if (squared_[v] != kFar) push(v, 0);
+    if (squared_[v] != kUnreached) push(v, 0);
   constexpr std::uint8_t kDone = 2;  // else 1 inside, 0 outside
   state_.resize(squared_.size());
   for (std::size_t v = 0; v < state_.size(); ++v) state_[v] = is_inside(v) ? 1 : 0;

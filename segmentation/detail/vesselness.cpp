@@ -12,17 +12,17 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr double kBlocksPerSigma = 2.5;     ///< coarse voxels per standard deviation
-constexpr double kLeastSigmaVoxels = 0.9;   ///< below it, differences stand for no derivative
-constexpr double kBorderSigmas = 2.5;       ///< from the volume's border
-constexpr float kBorderNoise = 1.6f;        ///< more noise there, for each axis
-constexpr float kLeastShare = 0.1f;         ///< of blood's contrast that a tube of it must have
-constexpr float kMostShare = 0.4f;          ///< of it that is asked for because of tissue,
-constexpr float kMostAmongOrgans = 0.6f;    ///< and among organs, if tissue has no more
-constexpr float kTissueExcess = 1.3f;       ///< of the contrast that tissue would have there
-constexpr float kLeastLevel = 0.25f;        ///< of the way from tissue to blood
-constexpr double kLeastRadiusVoxels = 2.2;  ///< of a tube that shows its full level
-constexpr double kMadToDeviation = 1.4826;  ///< of a normal distribution
+constexpr double kBlocksPerSigma = 2.5;         ///< coarse voxels per standard deviation
+constexpr double kLeastSigmaVoxels = 0.9;       ///< below it, differences stand for no derivative
+constexpr double kBorderSigmas = 2.5;           ///< from the volume's border
+constexpr float kBorderNoise = 1.6f;            ///< more noise there, for each axis
+constexpr float kLeastShare = 0.1f;             ///< of blood's contrast that a tube of it must have
+constexpr float kMostShare = 0.4f;              ///< of it that is asked for because of tissue,
+constexpr float kMostAmongOrgans = 0.6f;        ///< and among organs, if tissue has no more
+constexpr float kTissueExcess = 1.3f;           ///< of the contrast that tissue would have there
+constexpr float kLeastLevel = 0.25f;            ///< of the way from tissue to blood
+constexpr double kFullLevelRadiusVoxels = 2.2;  ///< of a tube that shows its full level
+constexpr double kMadToDeviation = 1.4826;      ///< of a normal distribution
 
 /// l2 at each voxel [intensity / mm^2], from central differences of a smoothed volume.
 Volume<float> middle_eigenvalue(const Volume<float>& smoothed) {
@@ -85,7 +85,7 @@ Volume<float> contrast_of_blood(const ScaleView& view, const Volume<float>& cont
   constexpr float kHeldWide = 0.22f, kLost = 0.37f;
   const Volume<float> wide = smooth(view.smoothed, std::sqrt(3.0) * sigma);
   const bool is_resolved =
-      std::numbers::sqrt2 * sigma >= kLeastRadiusVoxels * mean_spacing(view.voxels);
+      std::numbers::sqrt2 * sigma >= kFullLevelRadiusVoxels * mean_spacing(view.voxels);
   const float quarter = level.tissue + kLeastLevel * level.contrast();
   const float least_level = level.is_even ? level.half() : quarter;
   Volume<float> kept = contrast;

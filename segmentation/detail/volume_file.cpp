@@ -16,7 +16,7 @@
 namespace angio::segmentation::detail {
 namespace {
 
-constexpr double kOrthogonalTolerance = 1e-3;
+constexpr double kMostSkew = 1e-3;
 constexpr double kRoundedDecimals = 1e-5;  ///< skew that needs no word
 constexpr std::size_t kMaxVoxelCount = std::size_t(1) << 31;
 
@@ -149,7 +149,7 @@ void make_right_handed(VolumeFile& file, const std::string& name) {
   const Vec3 j = normalized(column(geometry.direction, 1));
   const Vec3 k = normalized(column(geometry.direction, 2));
   const double skew = std::max({std::abs(dot(i, j)), std::abs(dot(i, k)), std::abs(dot(j, k))});
-  if (!(skew < kOrthogonalTolerance))
+  if (!(skew < kMostSkew))
     throw InputError(name +
                      " has axes that are not at right angles (lengths would be wrong). "
                      "Resample it to a regular grid");

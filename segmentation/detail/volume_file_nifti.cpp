@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kSize1 = 348;  ///< of a header of NIfTI-1
 constexpr std::size_t kSize2 = 540;
-constexpr double kSameSpacing = 0.01;  ///< relative
+constexpr double kSameNiftiSpacing = 0.01;  ///< relative
 constexpr int kMaxSize = 1 << 20;
 
 /// What a header of either version states.
@@ -218,7 +218,7 @@ VolumeGeometry geometry_of(const Header& header, const std::string& name,
   for (int axis = 0; axis < 3; ++axis) {
     const double stated = header.unit * std::abs(header.voxel[std::size_t(axis + 1)]);
     const double used = geometry.spacing[axis];
-    if (stated > 0.0 && std::abs(stated - used) > kSameSpacing * std::max(stated, used))
+    if (stated > 0.0 && std::abs(stated - used) > kSameNiftiSpacing * std::max(stated, used))
       throw InputError(name + " states two voxel sizes, " + format_number(stated) + " and " +
                        format_number(used) +
                        " mm (pixdim and sform disagree, so no length can be trusted). Correct its "

@@ -26,7 +26,7 @@ double distance_to_axis(const AxisSpot& p, const AxisSpot& tip) {
 }
 
 /// Beyond the tip first, then around it, then farther away.
-std::vector<AxisSpot> places_around(const AxisSpot& tip) {
+std::vector<AxisSpot> spots_around(const AxisSpot& tip) {
   constexpr int kDirections = 16;
   constexpr double kTurn = 6.283185307179586 / kDirections;
   const double length = std::hypot(tip[0], tip[1]);
@@ -53,7 +53,7 @@ std::array<AxisSpot, 3> place_axis_letters(const std::array<AxisSpot, 3>& tips) 
   for (std::size_t n = 0; n < order.size(); ++n) {
     const std::size_t axis = order[n];
     double least = std::numeric_limits<double>::infinity();
-    for (const AxisSpot& place : places_around(tips[axis])) {
+    for (const AxisSpot& place : spots_around(tips[axis])) {
       double fault = 0.0;  // how far it is from being right
       for (std::size_t m = 0; m < n; ++m)
         fault += 10.0 * std::max(0.0, kApart - distance(place, letters[order[m]]));

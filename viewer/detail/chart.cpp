@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLeft = 62, kRight = 16, kBottom = 46;              // [px]
 constexpr double kLegendRow = 18, kLegendKey = 28, kLegendGap = 18;  // [px]
-constexpr double kLetter = 7.2;                                      // a usual letter's width [px]
+constexpr double kUsualLetter = 7.2;                                 // a usual letter's width [px]
 constexpr double kBold = 1.14;                                       // of a bold one, likewise
 constexpr int kNarrow = 420;                                         // a phone's column [px]
 constexpr std::size_t kMaxHoverPoints = 80;
@@ -38,7 +38,7 @@ struct Frame {
 std::string at(double value) { return formats::fixed_text(value, 1); }
 
 /// The range of the finite values.
-struct Range {
+struct FiniteRange {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
   void add(double value) {
@@ -58,7 +58,7 @@ bool can_be_drawn(const Chart& chart) {
   });
 }
 
-double text_width(const std::string& words) { return kLetter * double(words.size()); }
+double text_width(const std::string& words) { return kUsualLetter * double(words.size()); }
 
 /// A row of the legend's keys: which line, and its name.
 struct LegendEntry {
@@ -104,7 +104,7 @@ std::vector<double> ticks_with_room(const std::vector<double>& wanted, const Fra
 }
 
 Frame make_frame(const Chart& chart, std::vector<double>& x_ticks, std::vector<double>& y_ticks) {
-  Range x, y;
+  FiniteRange x, y;
   for (const ChartSeries& s : chart.series)
     for (std::size_t i = 0; i < s.x.size() && i < s.y.size(); ++i) {
       x.add(s.x[i]);

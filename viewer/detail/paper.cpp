@@ -42,7 +42,7 @@ struct Unref {
   void operator()(Object* object) const { g_object_unref(object); }
 };
 template <class Object>
-using Owned = std::unique_ptr<Object, Unref<Object>>;
+using OwnedObject = std::unique_ptr<Object, Unref<Object>>;
 struct FreeSurface {
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
 };
@@ -72,14 +72,14 @@ cairo_status_t read_png(void* closure, unsigned char* bytes, unsigned int count)
 }
 
 /// A picture or a drawing, and how to draw it.
-struct Figure {
+struct PaperFigure {
   Surface picture;
-  Owned<RsvgHandle> drawing;
+  OwnedObject<RsvgHandle> drawing;
   double width = 0.0, height = 0.0;  ///< of its own [px]
 };
 
-Figure load_figure(const PageBlock& block) {
-  Figure figure;
+PaperFigure load_figure(const PageBlock& block) {
+  PaperFigure figure;
   if (block.kind == BlockKind::picture) {
     PngSource source{&block.bytes};
     figure.picture.reset(cairo_image_surface_create_from_png_stream(read_png, &source));
@@ -113,8 +113,8 @@ struct Paper::Sheets {
   int number = 1;
   std::vector<PageBlock> headings;  ///< that wait for what they stand above
 
-  Owned<PangoLayout> layout(const std::string& text, const Type& type, double width) const {
-    Owned<PangoLayout> result(pango_cairo_create_layout(cairo));
+  OwnedObject<PangoLayout> layout(const std::string& text, const Type& type, double width) const {
+    OwnedObject<PangoLayout> result(pango_cairo_create_layout(cairo));
     PangoFontDescription* font = pango_font_description_from_string("DejaVu Sans, Sans");
     pango_font_description_set_absolute_size(font, type.size * PANGO_SCALE);
     if (type.bold) pango_font_description_set_weight(font, PANGO_WEIGHT_BOLD);
@@ -161,7 +161,7 @@ struct Paper::Sheets {
     return kind == BlockKind::heading ? 14.0 : kind == BlockKind::subheading ? 8.0 : 2.0;
   }
   static constexpr double kAfterHeading = 3.0;
-  Owned<PangoLayout> shape_of(const PageBlock& heading) const {
+  OwnedObject<PangoLayout> shape_of(const PageBlock& heading) const {
     return layout(heading.text, type_of(heading.kind), kColumn);
   }
   /// What is left of this sheet below the headings that wait.
@@ -218,7 +218,7 @@ struct Paper::Sheets {
     while (!headings.empty() && headings.back().kind >= heading.kind) headings.pop_back();
     headings.push_back(heading);
   }
-  void draw_figure(const Figure& figure, double left, double at, double width,
+  void draw_figure(const PaperFigure& figure, double left, double at, double width,
                    double height) const {
     if (figure.drawing) {
       const RsvgRectangle place{left, at, width, height};
@@ -310,7 +310,7 @@ void Paper::add_table(const PageBlock& table) {
   const Type plain{8.0, false, kBlack};
   const std::vector<double> widths = sheets_->column_widths(table.rows, columns, plain);
   for (const auto& row : table.rows) {
-    std::vector<Owned<PangoLayout>> cells;
+    std::vector<OwnedObject<PangoLayout>> cells;
     double height = 0.0;
     for (std::size_t c = 0; c < row.size(); ++c) {
       Type type = plain;
@@ -339,13 +339,13 @@ void Paper::add_table(const PageBlock& table) {
 void Paper::Sheets::draw_row(const std::vector<PageBlock>& blocks, std::size_t first,
                              std::size_t count, int columns) {
   const double cell = (kColumn - (columns - 1) * kGap) / columns;
-  std::vector<Figure> figures;
-  std::vector<Owned<PangoLayout>> captions;
+  std::vector<PaperFigure> figures;
+  std::vector<OwnedObject<PangoLayout>> captions;
   std::vector<double> scales;
   double height = 0.0;
   for (std::size_t i = first; i < first + count; ++i) {
     figures.push_back(load_figure(blocks[i]));
-    const Figure& figure = figures.back();
+    const PaperFigure& figure = figures.back();
     scales.push_back(std::min(cell / figure.width, kMostFigureHeight / figure.height));
     captions.push_back(layout(blocks[i].text, {7.5, false, kGrey}, cell));
     height =

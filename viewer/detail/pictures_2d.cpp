@@ -8,6 +8,7 @@
 #include "formats/text.hpp"
 #include "viewer/detail/drawing.hpp"
 #include "viewer/detail/grey_window.hpp"
+#include "viewer/detail/moment_colors.hpp"
 #include "viewer/detail/path_sections.hpp"
 #include "viewer/detail/plane.hpp"
 #include "viewer/detail/projection.hpp"
@@ -16,8 +17,6 @@
 namespace angio::viewer::detail {
 namespace {
 
-constexpr Rgb kBefore{70, 200, 255};  // contour before the dilation
-constexpr Rgb kAfter{255, 160, 40};   // contour after it
 constexpr int kProjectionPixels = 420;
 constexpr int kSlicePixels = 380;
 constexpr int kTilePixels = 202;
@@ -80,7 +79,7 @@ void draw_silhouette(cv::Mat& picture, const Projection& projection, const Trian
     const auto pixel = projection.pixel_of(grid.index_from_lps(lumen.vertices[v]));
     places[v] = {(pixel.x + 0.5) * scale_x - 0.5, (pixel.y + 0.5) * scale_y - 0.5};
   }
-  draw_shadow_outline(picture, lumen, places, kBefore);
+  draw_shadow_outline(picture, lumen, places, moment_colors::kBefore);
 }
 
 std::string capitalized(std::string word) {
@@ -156,7 +155,7 @@ std::vector<Figure> draw_slices(const ReportContent& content) {
   std::vector<Figure> figures;
   for (std::size_t i = 0; i < named.size(); ++i) {
     cv::Mat picture = grey_picture(sampled[i], kSlicePixels, kSlicePixels, grey);
-    draw_contour(picture, content.lumen, windows[i], kBefore);
+    draw_contour(picture, content.lumen, windows[i], moment_colors::kBefore);
     draw_scale(picture, 2.0 * half_size / kSlicePixels);
     draw_sides(picture, named[i].name);
     figures.push_back({std::string("slice_") + named[i].name + ".png",
@@ -187,9 +186,9 @@ std::vector<Figure> draw_contact_sheet(const ReportContent& content) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     cv::Mat tile = content.volume ? grey_picture(sampled[i], kTilePixels, kTilePixels, grey)
                                   : cv::Mat(kTilePixels, kTilePixels, CV_8UC3, {24, 26, 30});
-    draw_contour(tile, content.lumen, places[i].window, kBefore);
+    draw_contour(tile, content.lumen, places[i].window, moment_colors::kBefore);
     if (content.moments.size() > 1)
-      draw_contour(tile, content.moments.back().wall, places[i].window, kAfter);
+      draw_contour(tile, content.moments.back().wall, places[i].window, moment_colors::kAfter);
     draw_text(tile,
               formats::fixed_text(places[i].abscissa_mm - content.lesion_abscissa_mm, 1) + " mm",
               {6, 15}, 0.42);

@@ -10,8 +10,8 @@ namespace angio::viewer::detail {
 namespace {
 
 constexpr Rgb kGrid{222, 226, 232};
-constexpr Rgb kBefore{45, 130, 225};
-constexpr Rgb kAfter{235, 130, 20};
+constexpr Rgb kBeforeCurve{45, 130, 225};
+constexpr Rgb kAfterCurve{235, 130, 20};
 constexpr Rgb kReference{90, 98, 110};
 
 /// Millimetres to pixels, with axes.
@@ -108,15 +108,15 @@ Picture draw_diameters(const SheetCase& sheet, int width, int height) {
     if (lesion.path == path->id && std::isfinite(lesion.reference_mm))
       widest = std::max(widest, lesion.reference_mm);
   Plot plot(width, height, path->abscissa.back(), widest);
-  plot.draw_curve(path->abscissa, diameter, kBefore);
-  plot.draw_curve(content.after.abscissa_mm, content.after.inscribed_diameter_mm, kAfter);
+  plot.draw_curve(path->abscissa, diameter, kBeforeCurve);
+  plot.draw_curve(content.after.abscissa_mm, content.after.inscribed_diameter_mm, kAfterCurve);
   draw_lesions(plot, sheet.lesions, path->id);
   plot.canvas().write("diameter [mm] along line " + std::to_string(path->id) + ":", kHeading,
                       kSheetLetters, kSheetInk);
-  plot.canvas().write("before", {220.0, kHeading.y}, kSheetLetters, kBefore);
+  plot.canvas().write("before", {220.0, kHeading.y}, kSheetLetters, kBeforeCurve);
   plot.canvas().write(content.after.abscissa_mm.empty() ? "no result after" : "after",
                       {285.0, kHeading.y}, kSheetLetters,
-                      content.after.abscissa_mm.empty() ? kReference : kAfter);
+                      content.after.abscissa_mm.empty() ? kReference : kAfterCurve);
   plot.canvas().write("grey: healthy diameter at a lesion", {430.0, kHeading.y}, kSheetLetters,
                       kReference);
   return plot.canvas().picture();

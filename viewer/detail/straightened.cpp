@@ -5,6 +5,7 @@
 #include "formats/text.hpp"
 #include "viewer/detail/canvas.hpp"
 #include "viewer/detail/grey_window.hpp"
+#include "viewer/detail/moment_colors.hpp"
 #include "viewer/detail/path_sections.hpp"
 #include "viewer/detail/scale_length.hpp"
 #include "viewer/detail/section_slider.hpp"
@@ -18,9 +19,7 @@ constexpr int kLeastHeight = 40;  // [pixel]
 constexpr int kEdgeStep = 3;      // columns between two places where edges are looked for
 constexpr int kGap = 8;           // between the two planes [pixel]
 constexpr int kScaleHeight = 26;  // below them [pixel]
-constexpr double kLetter = 10.0;  // [pixel]
-constexpr Rgb kBefore{70, 200, 255};  // as in the other sections
-constexpr Rgb kAfter{255, 160, 40};
+constexpr double kLetterOfRow = 10.0;  // [pixel]
 constexpr Rgb kInk{20, 20, 20};
 constexpr std::uint8_t kNoScan = 26;
 
@@ -121,8 +120,8 @@ void draw_scale(Canvas& canvas, double pixel_mm) {
   const double length = scale_length(0.2 * canvas.width() * pixel_mm);
   const double y = canvas.height() - 8.0;
   canvas.draw_line({{4.0, y}, {4.0 + length / pixel_mm, y}}, kInk, 2);
-  canvas.write(formats::number_text(length) + " mm", {12.0 + length / pixel_mm, y + 5.0}, kLetter,
-               kInk);
+  canvas.write(formats::number_text(length) + " mm", {12.0 + length / pixel_mm, y + 5.0},
+               kLetterOfRow, kInk);
 }
 
 }  // namespace
@@ -155,9 +154,9 @@ std::vector<Figure> draw_straightened(const ReportContent& content) {
   Picture sheet = blank_picture(layout.width(), layout.height() + kScaleHeight);
   for (std::size_t r = 0; r < 2; ++r) {
     Canvas canvas(grey_picture(values[r], grey, ribbons[r]));
-    draw_edges(canvas, before, sections, ribbons[r], kBefore);
+    draw_edges(canvas, before, sections, ribbons[r], moment_colors::kBefore);
     if (content.moments.size() > 1)
-      draw_edges(canvas, content.moments.back().wall, sections, ribbons[r], kAfter);
+      draw_edges(canvas, content.moments.back().wall, sections, ribbons[r], moment_colors::kAfter);
     paste(canvas.picture(), int(r) * layout.step_x, int(r) * layout.step_y, sheet);
   }
   Canvas labelled(std::move(sheet));

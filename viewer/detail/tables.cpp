@@ -218,9 +218,9 @@ constexpr std::array<std::array<const char*, 2>, 8> kGroupTitles{
      {"simulation", "Simulation"},
      {"mesh", "Surface mesh"}}};
 
-ordered_json parse_object(const std::string& json, const char* name) {
-  if (json.empty()) return ordered_json::object();
-  ordered_json parsed = ordered_json::parse(json, nullptr, false);
+ordered_json parse_object(const std::string& text, const char* name) {
+  if (text.empty()) return ordered_json::object();
+  ordered_json parsed = ordered_json::parse(text, nullptr, false);
   if (!parsed.is_object())
     throw InputError(std::string(name) +
                      " is damaged (not a JSON object). Run the simulation stage again");
@@ -335,8 +335,8 @@ struct Metrics::Content {
   ordered_json root;
 };
 
-Metrics::Metrics(const std::string& json)
-    : content_(std::make_unique<Content>(Content{parse_object(json, "metrics.json")})) {}
+Metrics::Metrics(const std::string& text)
+    : content_(std::make_unique<Content>(Content{parse_object(text, "metrics.json")})) {}
 Metrics::~Metrics() = default;
 Metrics::Metrics(Metrics&&) noexcept = default;
 Metrics& Metrics::operator=(Metrics&&) noexcept = default;
@@ -445,9 +445,9 @@ std::string lesion_value(const ordered_json& lesion, const Wording& column) {
 
 }  // namespace
 
-std::string lesion_table(const std::string& json) {
-  if (json.empty()) return {};
-  const ordered_json lesions = ordered_json::parse(json, nullptr, false);
+std::string lesion_table(const std::string& text) {
+  if (text.empty()) return {};
+  const ordered_json lesions = ordered_json::parse(text, nullptr, false);
   if (!lesions.is_array())
     throw InputError("lesions.json is damaged (not a JSON array). Run the centerline stage again");
   if (lesions.empty())
@@ -484,8 +484,8 @@ std::string lesion_table(const std::string& json) {
          "\n";
 }
 
-std::string run_tables(const std::string& json) {
-  const ordered_json run = parse_object(json, "run.json");
+std::string run_tables(const std::string& text) {
+  const ordered_json run = parse_object(text, "run.json");
   ordered_json flat = ordered_json::object();
   for (const auto& [key, value] : run.items()) {
     if (!value.is_object()) flat[key] = value;

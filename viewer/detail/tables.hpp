@@ -13,7 +13,7 @@ class Metrics {
  public:
   /// @param json  the file's text; empty means no metrics
   /// @throws InputError if it is no JSON object
-  explicit Metrics(const std::string& json);
+  explicit Metrics(const std::string& text);
   ~Metrics();
   Metrics(Metrics&&) noexcept;
   Metrics& operator=(Metrics&&) noexcept;
@@ -47,10 +47,10 @@ std::string headline(const Metrics& metrics);
 
 /// The stenoses as one HTML table, a row each, the most severe first; bounds where a throat is
 /// narrower than a voxel. Empty for an empty text. @throws InputError if it is no JSON array
-std::string lesion_table(const std::string& json);
+std::string lesion_table(const std::string& text);
 
 /// The run as HTML: version, backend and so on, and a row per stage where run.json tells of them.
 /// Empty for an empty text. @throws InputError if it is no JSON object
-std::string run_tables(const std::string& json);
+std::string run_tables(const std::string& text);
 
 }  // namespace angio::viewer::detail

@@ -37,7 +37,7 @@ std::size_t band_of(double percent) {
   return band;
 }
 
-std::string px(double value) { return formats::fixed_text(value, 1); }
+std::string pixels(double value) { return formats::fixed_text(value, 1); }
 
 /// Where angles lie on the paper.
 struct Paper {
@@ -77,9 +77,10 @@ std::string draw_bands(const ViewMap& map, const Paper& paper) {
       while (end < columns && band_at(end) == band) ++end;
       const double x0 = paper.x(cell(map.primary_degrees, begin)[0]);
       const double x1 = paper.x(cell(map.primary_degrees, end - 1)[1]);
-      out += "<rect x=\"" + px(x0) + "\" y=\"" + px(paper.y(high)) + "\" width=\"" +
-             px(x1 - x0 + kSeam) + "\" height=\"" + px(paper.y(low) - paper.y(high) + kSeam) +
-             "\" fill=\"" + kBands[band].color + "\"/>";
+      out += "<rect x=\"" + pixels(x0) + "\" y=\"" + pixels(paper.y(high)) + "\" width=\"" +
+             pixels(x1 - x0 + kSeam) + "\" height=\"" +
+             pixels(paper.y(low) - paper.y(high) + kSeam) + "\" fill=\"" + kBands[band].color +
+             "\"/>";
     }
   }
   return out;
@@ -93,8 +94,8 @@ std::string draw_hatching(const ViewMap& map, const Paper& paper) {
     if (map.views[v].overlap_percent <= kOverlapped) continue;
     const auto [left, right] = cell(map.primary_degrees, v % columns);
     const auto [low, high] = cell(map.secondary_degrees, v / columns);
-    strokes += "M" + px(paper.x(left)) + " " + px(paper.y(low)) + "L" + px(paper.x(right)) + " " +
-               px(paper.y(high));
+    strokes += "M" + pixels(paper.x(left)) + " " + pixels(paper.y(low)) + "L" +
+               pixels(paper.x(right)) + " " + pixels(paper.y(high));
   }
   return strokes.empty() ? strokes : "<path class=\"hatching\" d=\"" + strokes + "\"/>";
 }
@@ -103,13 +104,14 @@ std::string draw_hatching(const ViewMap& map, const Paper& paper) {
 std::string degrees(double angle) { return formats::fixed_text(std::abs(angle), 0); }
 
 std::string text(double x, double y, const char* css, const std::string& words) {
-  return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\" class=\"" + css + "\">" + words + "</text>";
+  return "<text x=\"" + pixels(x) + "\" y=\"" + pixels(y) + "\" class=\"" + css + "\">" + words +
+         "</text>";
 }
 
 std::string draw_axes(const Paper& paper) {
   std::string out;
   const double bottom = paper.y(paper.secondary_low);
-  // A name takes about 50 px.
+  // A name takes about 50 pixels.
   const double step = kFineTick * paper.scale > 50.0 ? kFineTick
                       : kTick * paper.scale > 50.0   ? kTick
                                                      : 2 * kTick;
@@ -133,7 +135,7 @@ std::string draw_mark(const Paper& paper, const SeenSegment& view, const std::st
   const bool is_right = x > 0.6 * paper.width;
   const bool is_below = side == NameSide::below && y + 24 < paper.y(paper.secondary_low);
   const double high = is_below ? y + 20 : y - 10;
-  return "<circle cx=\"" + px(x) + "\" cy=\"" + px(y) +
+  return "<circle cx=\"" + pixels(x) + "\" cy=\"" + pixels(y) +
          "\" r=\"6\" fill=\"#fff\" stroke=\"#111\" stroke-width=\"2.5\"/>" +
          text(x + (is_right ? -9 : 9), high, is_right ? "on-map end" : "on-map",
               name + ": " + angiogram::c_arm_label(view.angles));
@@ -145,8 +147,8 @@ std::string view_map_svg(const angiogram::WorkingView& view, MapWidth width) {
   const ViewMap& map = view.map;
   if (map.views.empty()) return {};
   const Paper paper(map, width == MapWidth::wide ? kWide : kNarrow);
-  std::string out = "<svg class=\"chart\" viewBox=\"0 0 " + px(paper.width) + " " +
-                    px(paper.height()) +
+  std::string out = "<svg class=\"chart\" viewBox=\"0 0 " + pixels(paper.width) + " " +
+                    pixels(paper.height()) +
                     "\" role=\"img\" aria-label=\"Foreshortening and overlap by the C-arm's "
                     "angles; least in " +
                     angiogram::c_arm_label(view.best.angles) + "\">";

@@ -1,14 +1,15 @@
 #pragma once
 
+#include "viewer/detail/moment_colors.hpp"
 #include "viewer/detail/picture.hpp"
 
 /// What a colour means in the section, in the curve and on the buttons; the moments have the
 /// report's colours.
 namespace angio::viewer::window::colors {
 
-inline constexpr detail::Rgb kBefore{70, 200, 255};
+using detail::moment_colors::kAfter;
+using detail::moment_colors::kBefore;
 inline constexpr detail::Rgb kNow{126, 224, 129};  ///< the frame shown; in the curve the peak
-inline constexpr detail::Rgb kAfter{255, 160, 40};
 inline constexpr detail::Rgb kBalloon{70, 140, 255};
 inline constexpr detail::Rgb kCursor{255, 220, 50};
 inline constexpr detail::Rgb kInk{222, 226, 232};
