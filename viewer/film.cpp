@@ -49,7 +49,8 @@ std::string caption_of(const Course& course, const FrameFiles& files) {
   const double pressure = value_at(course, files, "pressure_atm");
   if (std::isfinite(pressure)) text += "    " + formats::fixed_text(pressure, 1) + " atm";
   const double diameter = value_at(course, files, "lumen_mld_mm");
-  if (std::isfinite(diameter)) text += "    lumen " + formats::fixed_text(diameter, 2) + " mm";
+  if (std::isfinite(diameter))
+    text += "    narrowest lumen " + formats::fixed_text(diameter, 2) + " mm";
   return text;
 }
 

@@ -34,15 +34,25 @@ int farthest(const Front& front) {
   return int(std::max_element(front.length.begin(), front.length.end()) - front.length.begin());
 }
 
-/// Whether the border of the volume cuts a vessel off, rather than a wall ending it.
-bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
+/// Where a cap ends, counted from its tip: the last ball that the vessel's sides hold.
+int end_of_cap(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
   std::vector<Vec3> points;
   std::vector<double> depth;
   for (const int v : tip_first) {
     points.push_back(lumen.position(v));
     depth.push_back(double(lumen.depth[std::size_t(v)]));
   }
-  const auto cap = std::ptrdiff_t(end_of_cap(points, depth));
+  return end_of_cap(points, depth);
+}
+
+/// Where a person who looks for an end finds its lumen: a tip lies in its rim.
+Vec3 middle_of_end(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
+  return lumen.position(tip_first[std::size_t(end_of_cap(lumen, tip_first))]);
+}
+
+/// Whether the border of the volume cuts a vessel off, rather than a wall ending it.
+bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
+  const int cap = end_of_cap(lumen, tip_first);
   return std::any_of(tip_first.begin(), tip_first.begin() + cap + 1,
                      [&](int v) { return at_border(lumen, v); });
 }
@@ -53,6 +63,7 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
                const std::vector<LumenEnd>& ends, const std::vector<Rim>& rims, bool are_caps,
                std::vector<std::string>& warnings) {
   std::vector<InletCandidate> candidates;
+  std::vector<Vec3> middles;  // of the candidates' ends
   const auto add = [&](int voxel, const std::vector<int>& tip_first, bool at_loop_cut,
                        const std::optional<double>& tube_radius) {
     InletCandidate candidate{voxel, is_cut_off(lumen, tip_first)};
@@ -66,6 +77,7 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
       candidate.is_cut_off = candidate.is_cut_off || are_caps;
     }
     candidates.push_back(candidate);
+    middles.push_back(rim != rims.end() ? rim->opening.middle : middle_of_end(lumen, tip_first));
   };
   add(root, trace(front, ends.front().voxel), false, {});
   for (const LumenEnd& end : ends) {
@@ -85,7 +97,7 @@ int find_inlet(const LumenVoxels& lumen, int root, const Front& front,
     }
   }
   const InletChoice choice = choose_inlet(lumen, front, candidates);
-  const auto place = [&](std::size_t c) { return in_words(lumen.position(candidates[c].voxel)); };
+  const auto place = [&](std::size_t c) { return in_words(middles[c]); };
   if (choice.rival)
     warnings.push_back(std::string(candidates.size() > 2 ? kUncertainInlet : kEitherEnd) +
                        ": the end at " + place(choice.best) + " was taken, the one at " +
@@ -167,9 +179,14 @@ std::vector<std::string> notes_on(const LumenVoxels& lumen, const Ends& ends,
                  std::max(double(lumen.depth[std::size_t(cut)]), lumen.geometry.longest_spacing());
     });
   });
+  std::vector<Vec3> middles;
+  for (const int tip : tips) {
+    std::vector<int> chain = trace(ends.front, tip);
+    std::reverse(chain.begin(), chain.end());
+    middles.push_back(middle_of_end(lumen, chain));
+  }
   if (!tips.empty())
-    notes.push_back("a vessel ends closed " + at_places(positions(lumen, tips)) +
-                    "; its tip counts as an outlet");
+    notes.push_back("a vessel ends closed " + at_places(middles) + "; its tip counts as an outlet");
   if (!ends.loop_cuts.empty())
     notes.push_back(
         "the vessels form a loop (for example the circle of Willis, or two vessels that touch); "

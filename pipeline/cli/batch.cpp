@@ -238,6 +238,7 @@ class Batch {
     memory_.take(memory);
     waiting_.pop_back();
     ++outcomes_[c].tries;
+    outcomes_[c] = {"started", -1, outcomes_[c].tries, "it is at work"};
     write_outcome(request_.folder, cases_[c], {"started", -1, outcomes_[c].tries, ""});
     running_.push_back({c, memory, start_case(request_, cases_[c], threads_, replaces_[c])});
     return true;

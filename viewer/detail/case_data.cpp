@@ -80,7 +80,11 @@ std::vector<CenterlinePath> read_paths(const fs::path& file) {
 void check_case(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored))
-    throw InputError("no such case: " + folder.string(), ExitCode::no_input);
+    throw InputError(folder.string() +
+                         (fs::exists(folder, ignored) ? " is no case (it is a file)"
+                                                      : " is no case (there is no such folder)") +
+                         ". Name the folder that `angio run -o` made",
+                     ExitCode::no_input);
   const fs::path lumen = folder / case_file::kLumen;
   if (!fs::exists(lumen, ignored))
     throw InputError(folder.string() +

@@ -6,6 +6,8 @@
 #include <vtkNew.h>
 #include <vtkOggTheoraWriter.h>
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 
 #include "core/error.hpp"
@@ -77,9 +79,9 @@ FilmFile::FilmFile(const fs::path& file, const fs::path& name, int width, int he
   const FilmKind kind = film_kind(file);
   const bool was_there = fs::exists(file);
   if (!std::ofstream(file, std::ios::app))
-    throw IoError("cannot write " + name.string() +
-                      " (no such folder, or no permission). Choose another place",
-                  ExitCode::cannot_create);
+    throw IoError(
+        "cannot write " + name.string() + " (" + std::strerror(errno) + "). Choose another place",
+        ExitCode::cannot_create);
   if (kind == FilmKind::ogv) {
     encoder_ = std::make_unique<TheoraEncoder>(file, width, height, pictures_per_second);
     return;

@@ -104,8 +104,7 @@ touch-action:none}
 #scene button,#scene select{font:inherit;color:inherit;background:var(--panel);
 border:1px solid var(--line);border-radius:6px;padding:4px 12px}
 #scene output{color:var(--soft);font-variant-numeric:tabular-nums;min-width:13em}
-.scene-key i{display:inline-block;width:150px;height:12px;margin:0 8px;vertical-align:middle;
-background:linear-gradient(90deg,#3b4d8c,#73a6bf 35%,#f2d980 65%,#bf261a)}
+.scene-key i{display:inline-block;width:150px;height:12px;margin:0 8px;vertical-align:middle}
 @media (max-width:700px){.row,.pairs,.sections{grid-template-columns:1fr}
 .tiles{grid-template-columns:1fr 1fr}.charts{grid-template-columns:1fr}
 .on-wide{display:none}.on-narrow{display:block}#scene svg.chart{font-size:20px}body{padding:16px 14px 40px}}

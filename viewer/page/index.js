@@ -59,8 +59,11 @@ function colorControls(scene) {
     scene.color(field || undefined);
     key.hidden = !field;
     if (!field) return;
-    const { range } = scene.fields[field];
-    key.replaceChildren(range[0].toFixed(0), make("i"), range[1].toFixed(range[1] < 10 ? 2 : 0));
+    const { range, scale } = scene.fields[field];
+    const bar = make("i");
+    const stops = scale.map(([share, ...rgb]) => `rgb(${rgb.map((c) => Math.round(255 * c))}) ${100 * share}%`);
+    bar.style.background = `linear-gradient(90deg,${stops})`;
+    key.replaceChildren(range[0].toFixed(0), bar, range[1].toFixed(range[1] < 10 ? 2 : 0));
   };
   const fields = Object.entries(scene.fields).map(([name, { title }]) => [name, title]);
   return make("div", { class: "scene-row" }, choice("Wall's colour ", [["", "plain"], ...fields], act), key);

@@ -27,8 +27,14 @@ const COLORS = {
   lines: [0.13, 0.42, 0.3],
   cursor: [0.95, 0.72, 0.1],
 };
-// Black body, from dark to bright: readable without colour, too.
-const SCALE = [[0, 0.23, 0.3, 0.55], [0.35, 0.45, 0.65, 0.75], [0.65, 0.95, 0.85, 0.5], [1, 0.75, 0.15, 0.1]];
+// Of contact pressure, as make_pressure_colors() has it for stills, window and film; of how far the wall moved,
+// as make_thickness_colors() has it for thicknesses. Both go one way in brightness: readable without colour, too.
+const PRESSURE_SCALE = [
+  [0, 0.88, 0.88, 0.88], [0.25, 0.99, 0.83, 0.45], [0.5, 0.99, 0.55, 0.24], [0.75, 0.84, 0.18, 0.12], [1, 0.42, 0, 0.05],
+];
+const LENGTH_SCALE = [
+  [0, 0.27, 0, 0.33], [0.25, 0.23, 0.32, 0.55], [0.5, 0.13, 0.57, 0.55], [0.75, 0.37, 0.79, 0.38], [1, 0.99, 0.91, 0.14],
+];
 
 // ---- What the page holds: a length, a header in JSON, integers in planes of bytes ----
 
@@ -146,11 +152,13 @@ function fieldsOf(payload, wall) {
   return {
     contact: {
       title: "contact pressure [kPa]",
+      scale: PRESSURE_SCALE,
       range: [0, pressure.greatest],
       at: (frame) => Float32Array.from({ length: count }, (_, v) => pressure.quantum * values[count * frame + v]),
     },
     moved: {
       title: "moved since the start [mm]",
+      scale: LENGTH_SCALE,
       range: [0, payload.header.wall.greatest_move],
       at: (frame) => {
         const now = wall.at(frame);
@@ -300,7 +308,7 @@ export class Scene {
       this.wall.data.getPointData().setScalars(vtkDataArray.newInstance({ name: field, values: chosen.at(this.frame) }));
       const scale = vtkColorTransferFunction.newInstance();
       const top = chosen.range[1] || 1;
-      for (const [share, ...rgb] of SCALE) scale.addRGBPoint(share * top, ...rgb);
+      for (const [share, ...rgb] of chosen.scale) scale.addRGBPoint(share * top, ...rgb);
       mapper.setLookupTable(scale);
       mapper.setUseLookupTableScalarRange(true);
       mapper.setInterpolateScalarsBeforeMapping(false);

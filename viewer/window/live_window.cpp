@@ -242,8 +242,8 @@ void LiveWindow::show(const LiveState& state) {
 
 void LiveWindow::draw() {
   lay_out();
-  pressure_words_->SetInput(("pressure " + number(aim_.pressure_atm, 1, " atm")).c_str());
-  place_words_->SetInput(("place " + number(aim_.place_mm, 1, " mm")).c_str());
+  pressure_words_->SetInput(("pressure wanted " + number(aim_.pressure_atm, 1, " atm")).c_str());
+  place_words_->SetInput(("place wanted " + number(aim_.place_mm, 1, " mm")).c_str());
   scene_->update_overlays();
   window_->Render();
   ++picture_count_;

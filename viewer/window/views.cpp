@@ -29,9 +29,9 @@ struct AxisView {
 /// As radiologists look: from the feet, from the front, from the patient's left.
 const AxisView& view_of(SliceAxis axis) {
   static const std::array<AxisView, 3> kViews = {
-      AxisView{"axial", {0, 0, 1}, {0, -1, 0}, {"R", "L", "A", "P"}, "S", 2},
-      AxisView{"coronal", {0, 1, 0}, {0, 0, 1}, {"R", "L", "S", "I"}, "P", 1},
-      AxisView{"sagittal", {-1, 0, 0}, {0, 0, 1}, {"A", "P", "S", "I"}, "L", 0},
+      AxisView{"axial", {0, 0, 1}, {0, -1, 0}, {"R", "L", "A", "P"}, "H", 2},
+      AxisView{"coronal", {0, 1, 0}, {0, 0, 1}, {"R", "L", "H", "F"}, "P", 1},
+      AxisView{"sagittal", {-1, 0, 0}, {0, 0, 1}, {"A", "P", "H", "F"}, "L", 0},
   };
   return kViews[std::size_t(axis)];
 }
