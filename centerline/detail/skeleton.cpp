@@ -34,8 +34,8 @@ int farthest(const Front& front) {
   return int(std::max_element(front.length.begin(), front.length.end()) - front.length.begin());
 }
 
-/// Where a cap ends, counted from its tip: the last ball that the vessel's sides hold.
-int end_of_cap(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
+/// Points of a closed end in its cap: up to the last ball that the vessel's sides hold.
+int cap_length(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
   std::vector<Vec3> points;
   std::vector<double> depth;
   for (const int v : tip_first) {
@@ -47,12 +47,12 @@ int end_of_cap(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
 
 /// Where a person who looks for an end finds its lumen: a tip lies in its rim.
 Vec3 middle_of_end(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
-  return lumen.position(tip_first[std::size_t(end_of_cap(lumen, tip_first))]);
+  return lumen.position(tip_first[std::size_t(cap_length(lumen, tip_first))]);
 }
 
 /// Whether the border of the volume cuts a vessel off, rather than a wall ending it.
 bool is_cut_off(const LumenVoxels& lumen, const std::vector<int>& tip_first) {
-  const int cap = end_of_cap(lumen, tip_first);
+  const int cap = cap_length(lumen, tip_first);
   return std::any_of(tip_first.begin(), tip_first.begin() + cap + 1,
                      [&](int v) { return at_border(lumen, v); });
 }
