@@ -20,7 +20,6 @@ namespace {
 
 constexpr int kRoughIterations = 2;
 constexpr double kFirstBlurVoxels = 0.8;  ///< assumed until it is measured
-constexpr double kEdgeBlurs = 3.0;        ///< half width of a blurred edge, in standard deviations
 constexpr double kRingMm = 3.0;           ///< of background looked at
 constexpr double kRoughnessVoxels = 0.7;  ///< that noise leaves on the rough boundary
 constexpr int kFitRounds = 2;             ///< between which intensities are told anew

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -56,19 +57,64 @@ float quantile(std::vector<float>& values, double share) {
   return *place;
 }
 
-/// Lifts the background beside wide vessels to that of their walls.
-/// @param radius  of the vessel nearby [mm]
-/// @param lift    gets by how much
-void lift_by_walls(const BloodLevel& blood, const CoarseField& radius, double voxel_mm,
-                   CoarseField& background, CoarseField& lift) {
-  constexpr float kUnseen = 2.5f, kSeen = 4.2f;  // voxels of depth, 0.8 of the radius
-  constexpr float kDarker = 0.25f;               // of the contrast: fat
-  const float wall = blood.tissue - kDarker * blood.contrast();
+/// Whether intensities are Hounsfield units around a vessel that is filled: something is as dark as
+/// fat, which no magnetic resonance is, and blood as bright as contrast medium makes it.
+bool is_hounsfield(const Volume<float>& volume, float lumen) {
+  constexpr float kDark = -50.0f, kLeastFilled = 150.0f, kMostFilled = 1200.0f;
+  constexpr double kLeastDark = 0.02;  // of the voxels
+  if (lumen < kLeastFilled || lumen > kMostFilled) return false;
+  const auto dark = std::count_if(volume.values.begin(), volume.values.end(),
+                                  [&](float value) { return value < kDark; });
+  return double(dark) > kLeastDark * double(volume.values.size());
+}
+
+/// How far a wall of a thickness is seen as the background: erf(t / (sqrt(2) s)), as the header
+/// says.
+double seen_wall(double thickness, double blur_sd) {
+  return std::erf(thickness / (std::numbers::sqrt2 * blur_sd));
+}
+
+/// By how much the background beside a vessel has to be lifted, for its wall to be background.
+struct WallLift {
+  const BloodLevel* blood = nullptr;  ///< told by even places: wide vessels' walls are lifted
+  bool is_hounsfield = false;         ///< walls in fat are lifted
+  double voxel_mm = 1.0, blur_sd_mm = 1.0;
+
+  /// @param depth  of the vessel nearby [mm], 0.8 of its radius
+  [[nodiscard]] float of(float background, float depth) const {
+    return std::max(beside_wide(background, depth), in_fat(background, depth));
+  }
+
+ private:
+  [[nodiscard]] float beside_wide(float background, float depth) const {
+    constexpr float kUnseen = 2.5f, kSeen = 4.2f;  // voxels of depth
+    constexpr float kDarker = 0.25f;               // of the contrast: fat
+    if (!blood) return 0.0f;
+    const float wall = blood->tissue - kDarker * blood->contrast();
+    const float voxels = depth / float(voxel_mm);
+    const float part = std::clamp((voxels - kUnseen) / (kSeen - kUnseen), 0.0f, 1.0f);
+    return part * std::max(0.0f, wall - background);
+  }
+
+  [[nodiscard]] float in_fat(float background, float depth) const {
+    constexpr float kWall = 50.0f;                     // [HU]
+    constexpr float kNoFat = -250.0f, kFat = -120.0f;  // [HU]: with more air or lung than fat
+    constexpr double kThickness = 0.4 / 0.8;           // of the depth: 0.4 of the radius
+    constexpr double kLeastThickness = 0.55;           // [mm]
+    if (!is_hounsfield || background >= kWall) return 0.0f;
+    const float part = std::clamp((background - kNoFat) / (kFat - kNoFat), 0.0f, 1.0f);
+    const double thickness = std::max(kThickness * double(depth), kLeastThickness);
+    return part * float(seen_wall(thickness, blur_sd_mm)) * (kWall - background);
+  }
+};
+
+/// @param depth  of the vessel nearby [mm]
+/// @param lift   gets by how much
+void lift_by_walls(const WallLift& wall, const CoarseField& depth, CoarseField& background,
+                   CoarseField& lift) {
   Volume<float> lifted = background.coarse(), by(lifted.geometry, 0.0f);
   for (std::size_t v = 0; v < lifted.values.size(); ++v) {
-    const float voxels = radius.coarse().values[v] / float(voxel_mm);
-    const float part = std::clamp((voxels - kUnseen) / (kSeen - kUnseen), 0.0f, 1.0f);
-    by.values[v] = part * std::max(0.0f, wall - lifted.values[v]);
+    by.values[v] = wall.of(lifted.values[v], depth.coarse().values[v]);
     lifted.values[v] += by.values[v];
   }
   background = {std::move(lifted), background.factor()};
@@ -107,13 +153,15 @@ IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float
   const float lumen = overall_mean(grid, high, unmixed, weight);
   CoarseField around = local_mean(grid, background, intensity, dark_ring);
   CoarseField lift(Volume<float>(around.coarse().geometry, 0.0f), around.factor());
-  if (blood && blood->is_even) {
+  const WallLift wall{blood && blood->is_even ? &*blood : nullptr, is_hounsfield(volume, lumen),
+                      mean_spacing(grid), edge_mm / kEdgeBlurs};
+  if (wall.blood || wall.is_hounsfield) {
     const auto depth = [&](std::size_t v) { return -d[v]; };
     const auto deep = [&](std::size_t v) {  // the deepest have the say
       const float squared = d[v] * d[v];
       return d[v] < 0.0f ? squared * squared * squared * squared : 0.0f;
     };
-    lift_by_walls(*blood, local_mean(grid, 0.0f, depth, deep), mean_spacing(grid), around, lift);
+    lift_by_walls(wall, local_mean(grid, 0.0f, depth, deep), around, lift);
   }
   return {local_mean(grid, lumen, unmixed, weight), std::move(around), std::move(lift), lumen,
           background};

@@ -8,11 +8,13 @@
 
 namespace angio::segmentation::detail {
 
+inline constexpr double kEdgeBlurs = 3.0;  ///< half width of a blurred edge, in standard deviations
+
 /// The intensity of pure lumen and of pure background around each place.
 struct IntensityLevels {
   CoarseField lumen;
   CoarseField background;
-  CoarseField lift;  ///< of the background above what is there, by the walls of wide vessels
+  CoarseField lift;  ///< of the background above what is there, by the vessels' walls
   float lumen_overall = 0.0f;
   float background_overall = 0.0f;
 };
@@ -38,10 +40,22 @@ struct IntensityLevels {
 /// fat on it, is what ends the blood there. From a radius of 5 voxels on that is seen;
 /// below 3 it is not, and thin vessels in lung have lung for background.
 ///
+/// In computed tomography most arteries lie in fat, F, which is darker than their walls, W = 50 HU
+/// (as muscle). Blurred by s, an edge from L over a wall of thickness t to F has at the lumen's
+/// border the value L / 2 + W (P - 1/2) + F (1 - P), P = Phi(t / s): as if the background were
+///
+///     B = F + (W - F) erf(t / (sqrt(2) s)),    t = 0.4 radii, at least 0.55 mm
+///
+/// t is a healthy coronary artery's (0.75 mm, of 0.55 to 1.0, by magnetic resonance: Fayad et al.,
+/// Circulation 102, 2000, 506-510); a stenosis has no thinner one. Half way to fat lies in the
+/// wall, and a lumen of 2.6 mm came out 35 % too wide. It is done where the intensities are
+/// Hounsfield units by what they say (2 % below -50, blood between 150 and 1200), and fades out
+/// from -120 to -250 HU, where there is more lung or air than fat.
+///
 /// @param distance  d [mm], signed, on the volume's grid; its ends at both sides may lie as near as
 ///                  edge_mm + 3 mm
 /// @param share     S: the part of each voxel inside, blurred
-/// @param edge_mm   half the width of the blurred edge
+/// @param edge_mm   half the width of the blurred edge: kEdgeBlurs standard deviations
 /// @param blood     what lies below its half level is background in any case
 IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float>& distance,
                                  const Volume<float>& share, double edge_mm,
