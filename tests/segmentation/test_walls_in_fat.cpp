@@ -27,7 +27,7 @@ Volume<float> vessel_in_fat(double radius, double wall, double shift = 0.0) {
 
 /// Of the circle of the lumen's area, in the mean over the middle half [mm].
 double diameter_of(const Volume<float>& image) {
-  const Volume<float> level_set = segment(image, {}).level_set;
+  const Volume<float> level_set = segment_vessels(image, {}).level_set;
   const VolumeGeometry& grid = level_set.geometry;
   double share = 0.0;
   int slices = 0;
