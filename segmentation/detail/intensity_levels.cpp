@@ -57,15 +57,21 @@ float quantile(std::vector<float>& values, double share) {
   return *place;
 }
 
-/// Whether intensities are Hounsfield units around a vessel that is filled: something is as dark as
-/// fat, which no magnetic resonance is, and blood as bright as contrast medium makes it.
-bool is_hounsfield(const Volume<float>& volume, float lumen) {
-  constexpr float kDark = -50.0f, kLeastFilled = 150.0f, kMostFilled = 1200.0f;
-  constexpr double kLeastDark = 0.02;  // of the voxels
+constexpr float kLeastFilled = 150.0f;  ///< [HU] of blood with contrast medium
+
+/// Whether a volume shows a body in Hounsfield units: fat and soft tissue, each a twentieth of it
+/// and with less between them, around a vessel as bright as contrast medium makes it.
+bool is_body(const Volume<float>& volume, float lumen) {
+  constexpr float kMostFilled = 1200.0f;
+  constexpr double kLeastShare = 0.05;
   if (lumen < kLeastFilled || lumen > kMostFilled) return false;
-  const auto dark = std::count_if(volume.values.begin(), volume.values.end(),
-                                  [&](float value) { return value < kDark; });
-  return double(dark) > kLeastDark * double(volume.values.size());
+  const auto count = [&](float low, float high) {
+    return double(std::count_if(volume.values.begin(), volume.values.end(),
+                                [&](float value) { return value > low && value < high; }));
+  };
+  const double least = kLeastShare * double(volume.values.size());
+  const double fat = count(-130.0f, -70.0f);
+  return fat > least && count(20.0f, 130.0f) > least && fat > count(-50.0f, 10.0f);
 }
 
 /// How far a wall of a thickness is seen as the background: erf(t / (sqrt(2) s)), as the header
@@ -77,12 +83,12 @@ double seen_wall(double thickness, double blur_sd) {
 /// By how much the background beside a vessel has to be lifted, for its wall to be background.
 struct WallLift {
   const BloodLevel* blood = nullptr;  ///< told by even places: wide vessels' walls are lifted
-  bool is_hounsfield = false;         ///< walls in fat are lifted
+  bool is_body = false;               ///< walls in fat are lifted
   double voxel_mm = 1.0, blur_sd_mm = 1.0;
 
   /// @param depth  of the vessel nearby [mm], 0.8 of its radius
-  [[nodiscard]] float of(float background, float depth) const {
-    return std::max(beside_wide(background, depth), in_fat(background, depth));
+  [[nodiscard]] float of(float background, float lumen, float depth) const {
+    return std::max(beside_wide(background, depth), in_fat(background, lumen, depth));
   }
 
  private:
@@ -96,12 +102,12 @@ struct WallLift {
     return part * std::max(0.0f, wall - background);
   }
 
-  [[nodiscard]] float in_fat(float background, float depth) const {
+  [[nodiscard]] float in_fat(float background, float lumen, float depth) const {
     constexpr float kWall = 50.0f;                     // [HU]
     constexpr float kNoFat = -250.0f, kFat = -120.0f;  // [HU]: with more air or lung than fat
     constexpr double kThickness = 0.4 / 0.8;           // of the depth: 0.4 of the radius
     constexpr double kLeastThickness = 0.55;           // [mm]
-    if (!is_hounsfield || background >= kWall) return 0.0f;
+    if (!is_body || lumen < kLeastFilled || background >= kWall) return 0.0f;
     const float part = std::clamp((background - kNoFat) / (kFat - kNoFat), 0.0f, 1.0f);
     const double thickness = std::max(kThickness * double(depth), kLeastThickness);
     return part * float(seen_wall(thickness, blur_sd_mm)) * (kWall - background);
@@ -110,11 +116,11 @@ struct WallLift {
 
 /// @param depth  of the vessel nearby [mm]
 /// @param lift   gets by how much
-void lift_by_walls(const WallLift& wall, const CoarseField& depth, CoarseField& background,
-                   CoarseField& lift) {
+void lift_by_walls(const WallLift& wall, const CoarseField& depth, const CoarseField& lumen,
+                   CoarseField& background, CoarseField& lift) {
   Volume<float> lifted = background.coarse(), by(lifted.geometry, 0.0f);
   for (std::size_t v = 0; v < lifted.values.size(); ++v) {
-    by.values[v] = wall.of(lifted.values[v], depth.coarse().values[v]);
+    by.values[v] = wall.of(lifted.values[v], lumen.coarse().values[v], depth.coarse().values[v]);
     lifted.values[v] += by.values[v];
   }
   background = {std::move(lifted), background.factor()};
@@ -152,19 +158,19 @@ IntensityLevels intensity_levels(const Volume<float>& volume, const Volume<float
   };
   const float lumen = overall_mean(grid, high, unmixed, weight);
   CoarseField around = local_mean(grid, background, intensity, dark_ring);
+  CoarseField filled = local_mean(grid, lumen, unmixed, weight);
   CoarseField lift(Volume<float>(around.coarse().geometry, 0.0f), around.factor());
-  const WallLift wall{blood && blood->is_even ? &*blood : nullptr, is_hounsfield(volume, lumen),
+  const WallLift wall{blood && blood->is_even ? &*blood : nullptr, is_body(volume, lumen),
                       mean_spacing(grid), edge_mm / kEdgeBlurs};
-  if (wall.blood || wall.is_hounsfield) {
+  if (wall.blood || wall.is_body) {
     const auto depth = [&](std::size_t v) { return -d[v]; };
     const auto deep = [&](std::size_t v) {  // the deepest have the say
       const float squared = d[v] * d[v];
       return d[v] < 0.0f ? squared * squared * squared * squared : 0.0f;
     };
-    lift_by_walls(wall, local_mean(grid, 0.0f, depth, deep), around, lift);
+    lift_by_walls(wall, local_mean(grid, 0.0f, depth, deep), filled, around, lift);
   }
-  return {local_mean(grid, lumen, unmixed, weight), std::move(around), std::move(lift), lumen,
-          background};
+  return {std::move(filled), std::move(around), std::move(lift), lumen, background};
 }
 
 }  // namespace angio::segmentation::detail

@@ -48,9 +48,10 @@ struct IntensityLevels {
 ///
 /// t is a healthy coronary artery's (0.75 mm, of 0.55 to 1.0, by magnetic resonance: Fayad et al.,
 /// Circulation 102, 2000, 506-510); a stenosis has no thinner one. Half way to fat lies in the
-/// wall, and a lumen of 2.6 mm came out 35 % too wide. It is done where the intensities are
-/// Hounsfield units by what they say (2 % below -50, blood between 150 and 1200), and fades out
-/// from -120 to -250 HU, where there is more lung or air than fat.
+/// wall, and a lumen of 2.6 mm came out 35 % too wide. It is done where the volume shows
+/// a body in Hounsfield units (fat from -130 to -70 and soft tissue from 20 to 130, each a
+/// twentieth of it, and less between them) and the blood has 150 to 1200; it fades out from -120 to
+/// -250, where there is more lung or air around than fat.
 ///
 /// @param distance  d [mm], signed, on the volume's grid; its ends at both sides may lie as near as
 ///                  edge_mm + 3 mm

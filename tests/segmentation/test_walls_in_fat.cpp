@@ -12,14 +12,16 @@ namespace {
 
 constexpr double kFat = -90.0, kWall = 60.0, kBlood = 400.0;  // [HU]
 
-/// A vessel along z with a wall, in fat, as a blurred image shows it.
+/// A vessel along z with a wall, in fat beside muscle, as a blurred image shows it.
 /// @param shift  of all intensities: by 200 none is a Hounsfield unit's
 Volume<float> vessel_in_fat(double radius, double wall, double shift = 0.0) {
+  constexpr double kMuscleFrom = 5.0;  // in x [mm]
   TubeImage outer{{44, 44, 60}, {0.35, 0.35, 0.35}, kWall + shift, kFat + shift, 0.35, 12.0, 3};
   TubeImage inner = outer;
   inner.lumen = kBlood - kWall;
   inner.background = inner.noise_sd = 0.0;
-  Volume<float> image = image_of(outer, [&](const Vec3& p) { return along_z(p, radius + wall); });
+  Volume<float> image = image_of(
+      outer, [&](const Vec3& p) { return std::min(along_z(p, radius + wall), kMuscleFrom - p.x); });
   const auto blood = image_of(inner, [&](const Vec3& p) { return along_z(p, radius); });
   for (std::size_t v = 0; v < image.values.size(); ++v) image.values[v] += blood.values[v];
   return image;
@@ -48,7 +50,7 @@ TEST(WallsInFat, AreNotLumen) {
   EXPECT_NEAR(diameter_of(vessel_in_fat(2.0, 0.75)), 4.0, 0.12);
 }
 
-TEST(WallsInFat, AreTakenForGrantedInHounsfieldUnitsOnly) {
+TEST(WallsInFat, AreTakenForGrantedWhereABodyIsSeenInHounsfieldUnits) {
   const double radius = 1.5;  // and no wall at all
   EXPECT_NEAR(diameter_of(vessel_in_fat(radius, 0.0, 200.0)), 2.0 * radius, 0.12);
 }
