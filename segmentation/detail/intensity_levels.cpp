@@ -60,10 +60,11 @@ float quantile(std::vector<float>& values, double share) {
 constexpr float kLeastFilled = 150.0f;  ///< [HU] of blood with contrast medium
 
 /// Whether a volume shows a body in Hounsfield units: fat and soft tissue, each a twentieth of it
-/// and with less between them, around a vessel as bright as contrast medium makes it.
+/// and fat at least half as common as what lies between, around a vessel as bright as contrast
+/// medium makes it.
 bool is_body(const Volume<float>& volume, float lumen) {
   constexpr float kMostFilled = 1200.0f;
-  constexpr double kLeastShare = 0.05;
+  constexpr double kLeastShare = 0.05, kMostBetween = 0.5;  // of as many units as fat's
   if (lumen < kLeastFilled || lumen > kMostFilled) return false;
   const auto count = [&](float low, float high) {
     return double(std::count_if(volume.values.begin(), volume.values.end(),
@@ -71,7 +72,7 @@ bool is_body(const Volume<float>& volume, float lumen) {
   };
   const double least = kLeastShare * double(volume.values.size());
   const double fat = count(-130.0f, -70.0f);
-  return fat > least && count(20.0f, 130.0f) > least && fat > count(-50.0f, 10.0f);
+  return fat > least && count(20.0f, 130.0f) > least && fat > kMostBetween * count(-50.0f, 10.0f);
 }
 
 /// How far a wall of a thickness is seen as the background: erf(t / (sqrt(2) s)), as the header
