@@ -59,12 +59,12 @@ float quantile(std::vector<float>& values, double share) {
 
 constexpr float kLeastFilled = 150.0f;  ///< [HU] of blood with contrast medium
 
-/// Whether a volume shows a body in Hounsfield units: fat and soft tissue, each a twentieth of it
+/// Whether a volume shows a body in Hounsfield units: fat and soft tissue, each a fiftieth of it
 /// and fat at least half as common as what lies between, around a vessel as bright as contrast
 /// medium makes it.
 bool is_body(const Volume<float>& volume, float lumen) {
   constexpr float kMostFilled = 1200.0f;
-  constexpr double kLeastShare = 0.05, kMostBetween = 0.5;  // of as many units as fat's
+  constexpr double kLeastShare = 0.02, kMostBetween = 0.5;  // of as many units as fat's
   if (lumen < kLeastFilled || lumen > kMostFilled) return false;
   const auto count = [&](float low, float high) {
     return double(std::count_if(volume.values.begin(), volume.values.end(),

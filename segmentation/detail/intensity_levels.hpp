@@ -50,7 +50,7 @@ struct IntensityLevels {
 /// Circulation 102, 2000, 506-510); a stenosis has no thinner one. Half way to fat lies in the
 /// wall, and a lumen of 2.6 mm came out 35 % too wide. It is done where the volume shows
 /// a body in Hounsfield units (fat from -130 to -70 and soft tissue from 20 to 130, each a
-/// twentieth of it, and fat at least half as common as what lies between) and the blood has 150 to
+/// fiftieth of it, and fat at least half as common as what lies between) and the blood has 150 to
 /// 1200; it fades out from -120 to -250, where there is more lung or air around than fat.
 ///
 /// @param distance  d [mm], signed, on the volume's grid; its ends at both sides may lie as near as
