@@ -44,7 +44,7 @@ double diameter_of(const Volume<float>& image) {
   return 2.0 * std::sqrt(share / slices * grid.spacing.x * grid.spacing.y / std::numbers::pi);
 }
 
-// Half way to fat would be 18 % and 12 % too wide.
+// Half way to fat lies in the wall.
 TEST(WallsInFat, AreNotLumen) {
   EXPECT_NEAR(diameter_of(vessel_in_fat(1.5, 0.75)), 3.0, 0.12);
   EXPECT_NEAR(diameter_of(vessel_in_fat(2.0, 0.75)), 4.0, 0.12);
