@@ -19,8 +19,8 @@ if(ANGIO_CHECKS)
   target_compile_definitions(angio_warnings INTERFACE ANGIO_CHECKS)
 endif()
 
-# What a quick build (ANGIO_QUICK_BUILD) optimises less, as nothing waits for its speed.
-function(angio_optimize_less name options)
+# How a quick build (ANGIO_QUICK_BUILD) optimises what nothing waits for, or all tests do.
+function(angio_optimize_quick_build name options)
   if(ANGIO_QUICK_BUILD)
     target_compile_options(${name} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:${options}>")
   endif()
@@ -29,10 +29,10 @@ if(ANGIO_QUICK_BUILD)  # its kernels are compiled, to see that they can be; wher
   add_compile_options("$<$<COMPILE_LANG_AND_ID:CUDA,NVIDIA>:SHELL:-Xcicc -O1 -Xptxas -O1>")
 endif()
 
-# angio_add_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...] [LIGHT])
-# Makes the static library angio_NAME and its alias angio::NAME. LIGHT: it does no heavy work.
+# angio_add_library(NAME SOURCES ... [PUBLIC ...] [PRIVATE ...] [LIGHT|HEAVY])
+# Makes the static library angio_NAME and its alias angio::NAME. LIGHT: it does no heavy work. HEAVY: tests wait for it.
 function(angio_add_library name)
-  cmake_parse_arguments(ARG "LIGHT" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "LIGHT;HEAVY" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(angio_${name} STATIC ${ARG_SOURCES})
   add_library(angio::${name} ALIAS angio_${name})
   target_compile_features(angio_${name} PUBLIC cxx_std_20)
@@ -41,7 +41,9 @@ function(angio_add_library name)
   # Ten sources at a time: their headers cost more than they do.
   set_target_properties(angio_${name} PROPERTIES UNITY_BUILD ${ANGIO_UNITY} UNITY_BUILD_BATCH_SIZE 10)
   if(ARG_LIGHT)
-    angio_optimize_less(angio_${name} -O1)
+    angio_optimize_quick_build(angio_${name} -O1)
+  elseif(ARG_HEAVY)
+    angio_optimize_quick_build(angio_${name} -O3)
   endif()
 endfunction()
 
@@ -62,11 +64,12 @@ function(angio_add_test name)
   set(properties LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE angio::testing ${ARG_LINK} angio_warnings GTest::gtest_main GTest::gmock)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ANGIO_UNITY} UNITY_BUILD_BATCH_SIZE 8)
   add_dependencies(all_tests ${name})
   if(ARG_LABEL STREQUAL "pipeline")  # the work is done by the program that they start
-    angio_optimize_less(${name} "-O0;-g0")
+    angio_optimize_quick_build(${name} "-O0;-g0")
   else()
-    angio_optimize_less(${name} "-O1;-g0")
+    angio_optimize_quick_build(${name} "-O1;-g0")
   endif()
   if(ARG_EACH)
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})

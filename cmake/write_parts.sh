@@ -7,26 +7,25 @@ source=$1 version=$2 output=$3
 programs=("${@:4}")
 export LC_ALL=C
 
-installed=$(dpkg-query -W -f '${Package}\t${Version}\n' 2>/dev/null || true)
-version_of() {
-  awk -F'\t' -v p="$1" '$1 == p { print $2; found = 1; exit } END { if (!found) print "NOASSERTION" }' <<< "$installed"
-}
+declare -A installed
+while IFS=$'\t' read -r name number; do
+  installed[$name]=$number
+done < <(dpkg-query -W -f '${Package}\t${Version}\n' 2>/dev/null || true)
+version_of() { printf '%s' "${installed[$1]:-NOASSERTION}"; }
 
 # "package<TAB>file" of the shared libraries. dpkg knows a library by the one of its names that /usr has merged;
 # of what it does not know, as CUDA's, the file is the part.
 find_linked() {
-  local files owners file
+  local files owners
   mapfile -t files < <(ldd "${programs[@]}" | awk '/=> \// { print $3 }' | xargs -r realpath | sort -u)
   owners=$(dpkg-query -S "${files[@]}" "${files[@]#/usr}" 2>/dev/null | sed -E 's|^([^:,]+)[^/]*/(.*/)?|\1\t|' || true)
-  for file in "${files[@]}"; do
-    awk -F'\t' -v f="$(basename "$file")" '$2 == f { print; found = 1; exit } END { if (!found) print f "\t" f }' \
-      <<< "$owners"
-  done | sort -u
+  awk -F'\t' 'NR == FNR { if (!($2 in owner)) owner[$2] = $1; next }
+               { f = $0; sub(".*/", "", f); print (f in owner ? owner[f] : f) "\t" f }' \
+    <(printf '%s\n' "$owners") <(printf '%s\n' "${files[@]}") | sort -u
 }
 
 part() {  # NAME VERSION COMMENT [LICENCE]
-  local id
-  id=$(tr -c 'A-Za-z0-9.\n' '-' <<< "$1")
+  local id=${1//[^A-Za-z0-9.]/-}
   printf '\nPackageName: %s\nSPDXID: SPDXRef-%s\nPackageVersion: %s\nPackageDownloadLocation: NOASSERTION\n' "$1" "$id" "$2"
   printf 'FilesAnalyzed: false\nPackageLicenseConcluded: NOASSERTION\nPackageLicenseDeclared: %s\n' "${4:-NOASSERTION}"
   printf 'PackageCopyrightText: NOASSERTION\nPackageComment: <text>%s</text>\n' "$3"
@@ -47,10 +46,10 @@ write() {
   printf '\nPackageName: angio\nSPDXID: SPDXRef-angio\nPackageVersion: %s\nPackageDownloadLocation: NOASSERTION\n' "$version"
   printf 'FilesAnalyzed: false\nPackageLicenseConcluded: NOASSERTION\nPackageLicenseDeclared: GPL-3.0-or-later\n'
   printf 'PackageCopyrightText: NOASSERTION\nRelationship: SPDXRef-DOCUMENT DESCRIBES SPDXRef-angio\n'
-  linked | cut -f1 | sort -u | while read -r name; do
-    files=$(linked | awk -F'\t' -v p="$name" '$1 == p { printf "%s ", $2 }')
-    part "$name" "$(version_of "$name")" "shared library: ${files% }"
-  done
+  linked | awk -F'\t' '{ files[$1] = files[$1] " " $2 } END { for (name in files) print name "\t" files[name] }' | sort |
+    while IFS=$'\t' read -r name files; do
+      part "$name" "$(version_of "$name")" "shared library:$files"
+    done
   # Headers alone, or static: nothing is left of them that could be asked for.
   for package in libcgal-dev libeigen3-dev libtomlplusplus-dev nlohmann-json3-dev libcli11-dev; do
     part "$package" "$(version_of "$package")" "compiled in from headers"

@@ -84,27 +84,20 @@ Volume<float> part_in_region(const Volume<float>& volume, const LpsBox& region) 
   return detail::crop(volume, box);
 }
 
-std::string text_of(const Vec3& place) {
-  const auto tenths = [](double mm) {
-    return detail::format_number(0.1 * std::round(10.0 * mm) + 0.0);  // -0 is 0
-  };
-  return "(" + tenths(place.x) + ", " + tenths(place.y) + ", " + tenths(place.z) + ")";
-}
-
 /// One line for each of a few places, or one for all.
 std::vector<std::string> narrow_place_warnings(const std::vector<Vec3>& places) {
   constexpr std::size_t kFew = 3;
   std::vector<std::string> warnings;
   if (places.size() <= kFew) {
     for (const Vec3& place : places)
-      warnings.push_back("the vessel at " + text_of(place) +
-                         " mm is narrower than the voxels can show (it was kept open, but its "
+      warnings.push_back("the vessel at " + detail::format_place(place) +
+                         " is narrower than the voxels can show (it was kept open, but its "
                          "diameter there is not measured)");
     return warnings;
   }
   std::string some;
   for (std::size_t n = 0; n < kFew; ++n)
-    some += text_of(places[n * places.size() / kFew]) + (n + 1 < kFew ? ", " : " mm");
+    some += (n > 0 ? ", " : "") + detail::format_place(places[n * places.size() / kFew]);
   return {"at " + std::to_string(places.size()) +
           " places the vessels are narrower than the voxels can show (they were kept open, but "
           "their diameters there are not measured), among them at " +

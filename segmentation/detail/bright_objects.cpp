@@ -165,8 +165,7 @@ std::string amount_of(const Components& pieces, const std::vector<bool>& is_obje
     }
   const Vec3 place = grid.lps_from_index(middle);
   const double volume = double(voxels) * voxel_volume(grid);
-  return format_number(volume) + " mm3 in all, the largest around (" + format_number(place.x) +
-         ", " + format_number(place.y) + ", " + format_number(place.z) + ") mm";
+  return format_number(volume) + " mm3 in all, the largest around " + format_place(place);
 }
 
 }  // namespace

@@ -122,9 +122,9 @@ std::vector<std::string> check_plausibility(const Volume<float>& level_set,
     const Vec3 place =
         place_of_voxel(level_set.geometry, std::size_t(deepest - level_set.values.begin()));
     warnings.push_back(
-        "the lumen is " + format_number(-2.0 * double(*deepest)) + " mm wide around (" +
-        format_number(place.x) + ", " + format_number(place.y) + ", " + format_number(place.z) +
-        ") mm, as chambers of the heart are, or tissue, and arteries only where they "
+        "the lumen is " + format_number(-2.0 * double(*deepest)) + " mm wide around " +
+        format_place(place) +
+        ", as chambers of the heart are, or tissue, and arteries only where they "
         "are aneurysms; wide parts can be left out (segmentation.max_diameter_mm, 7 for "
         "coronaries, "
         "with a seed in one); or " +

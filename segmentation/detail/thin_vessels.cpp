@@ -83,9 +83,8 @@ std::string warn_of_thin_vessels(const Volume<std::uint8_t>& seen, const Volume<
          (count == 1 ? " thin vessel or part of one" : " thin vessels or parts of them") +
          " can be seen but not measured (about as thin as a voxel, or lost in noise) and were left "
          "out, the longest of " +
-         format_number(length) + " mm around (" + format_number(place.x) + ", " +
-         format_number(place.y) + ", " + format_number(place.z) +
-         ") mm; a seed there or a smaller least radius may find more "
+         format_number(length) + " mm around " + format_place(place) +
+         "; a seed there or a smaller least radius may find more "
          "(segmentation.seeds_lps_mm, segmentation.smallest_radius_mm)";
 }
 

@@ -245,12 +245,12 @@ bool is_couch(const Components& pieces, int piece, const Volume<float>& volume,
 constexpr int kManyPieces = 20;
 
 void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
-                     const std::vector<bool>& kept, const SegmentationOptions& options,
-                     VesselTree& tree) {
+                     const std::vector<bool>& kept, const Volume<float>& contrast,
+                     const SegmentationOptions& options, VesselTree& tree) {
   std::vector<std::size_t> lumen(kept.size(), 0);
   for (std::size_t v = 0; v < pieces.label.size(); ++v)
     lumen[std::size_t(pieces.label[v])] += tree.mask.values[v] == kLumen;
-  int count = 0;
+  int count = 0, largest = 0;
   double volume = 0.0, taken = 0.0;
   std::vector<bool> is_told(kept.size(), false);
   for (std::size_t p = 1; p < kept.size(); ++p) {
@@ -261,6 +261,7 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
     if (kept[p] || tubular < options.min_component_mm3) continue;
     ++count;
     volume += piece;
+    if (largest == 0 || lumen[p] > lumen[std::size_t(largest)]) largest = int(p);
     is_told[p] = true;
   }
   tree.seen = Volume<std::uint8_t>(tree.mask.geometry, 0);
@@ -278,8 +279,11 @@ void warn_of_dropped(const Components& pieces, const std::vector<double>& score,
   else if (count > 0)
     tree.warnings.push_back(std::to_string(count) + (count == 1 ? " piece" : " pieces") +
                             " of vessel without a connection to the tree, " +
-                            format_number(volume) +
-                            " mm3 in all, were left out; give a seed in each that you want");
+                            format_number(volume) + " mm3 in all, " +
+                            (count == 1 ? "at " : "the largest at ") +
+                            format_place(strongest_point(pieces, largest, contrast)) +
+                            ", were left out; give a seed in each that you want "
+                            "(segmentation.seeds_lps_mm)");
 }
 
 /// Of the best piece's tubular part: what has as much is another tree (the left and the right
@@ -351,7 +355,7 @@ void keep_pieces(const Components& pieces, const Volume<float>& volume, const Bl
     for (std::size_t p = 1; p < kept.size(); ++p)
       if (kept[p]) tree.seeds_lps_mm.push_back(strongest_point(pieces, int(p), contrast));
   }
-  warn_of_dropped(pieces, score, kept, options, tree);
+  warn_of_dropped(pieces, score, kept, contrast, options, tree);
   for (std::size_t v = 0; v < pieces.label.size(); ++v)
     tree.mask.values[v] = kept[std::size_t(pieces.label[v])];
 }

@@ -13,9 +13,11 @@ using namespace simulation;  // the last of these run a whole model
 
 using simulation::testing::Gap;
 using simulation::testing::make_gap;
+using test::kDegree;
 using test::outer_faces;
 using test::quality_of;
 using test::straight_gap;
+using test::turned;
 using test::volume_of;
 
 // The gap is covered once by right-handed tets, and its outside is what it was.
@@ -47,13 +49,6 @@ Course run(AdaptiveAir& air, const Gap& gap, int frames, const Motion& motion) {
   }
   return course;
 }
-
-Vec3 turned(const Vec3& p, double angle) {
-  return {p.x * std::cos(angle) - p.y * std::sin(angle),
-          p.x * std::sin(angle) + p.y * std::cos(angle), p.z};
-}
-
-constexpr double kDegree = units::kPi / 180.0;
 
 TEST(AdaptiveAir, StaysWholeWhileTheBalloonTurnsTwoDegreesAFrame) {
   const Gap gap = straight_gap();

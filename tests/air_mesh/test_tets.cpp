@@ -14,17 +14,12 @@ namespace angio::air_mesh {
 namespace {
 
 using simulation::testing::Gap;
+using test::kDegree;
 using test::outer_faces;
 using test::quality_of;
 using test::straight_gap;
+using test::turned;
 using test::volume_of;
-
-constexpr double kDegree = units::kPi / 180.0;
-
-Vec3 turned(const Vec3& p, double angle) {
-  return {p.x * std::cos(angle) - p.y * std::sin(angle),
-          p.x * std::sin(angle) + p.y * std::cos(angle), p.z};
-}
 
 TEST(TetQuality, IsOneForTheRegularTetAndHasTheSignOfTheVolume) {
   const Vec3 a{1, 1, 1}, b{1, -1, -1}, c{-1, 1, -1}, d{-1, -1, 1};

@@ -123,9 +123,9 @@ TEST(ChordLengths, ThePictureIsSeenFromTheDetectorTheHeadUp) {
 }
 
 TEST(ChordLengths, OfAFrameThatIsNoneAreRefused) {
-  EXPECT_THROW(chord_lengths(ball(1.0), {{}, {}, 0.0, 10}), InputError);
-  EXPECT_THROW(chord_lengths(ball(1.0), {{}, {}, 1.0, 0}), InputError);
-  EXPECT_THROW(chord_lengths(ball(1.0), {{}, {}, std::nan(""), 10}), InputError);
+  EXPECT_THROW(chord_lengths(ball(1.0), XrayFrame{{}, {}, 0.0, 10}), InputError);
+  EXPECT_THROW(chord_lengths(ball(1.0), XrayFrame{{}, {}, 1.0, 0}), InputError);
+  EXPECT_THROW(chord_lengths(ball(1.0), XrayFrame{{}, {}, std::nan(""), 10}), InputError);
 }
 
 TEST(Transmissions, FallByHalfWithEachHalfValueLayer) {

@@ -3,10 +3,12 @@
 #include "centerline/centerline.hpp"
 #include "core/error.hpp"
 #include "testing/centerline/shapes.hpp"
+#include "tests/centerline/tree_checks.hpp"
 
 namespace angio::centerline {
 namespace {
 
+using test::constant;
 using test::grid_around;
 using test::level_set_of;
 using test::make_tube;
@@ -38,10 +40,6 @@ Errors compare(const CenterlinePath& path, const Tube& tube) {
   errors.mean_radius /= count;
   errors.mean_equivalent /= count;
   return errors;
-}
-
-std::function<double(double)> constant(double radius) {
-  return [radius](double) { return radius; };
 }
 
 TEST(CenterlineOptions, DefaultsAreValid) { EXPECT_NO_THROW(CenterlineOptions{}.validate()); }

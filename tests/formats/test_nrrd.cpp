@@ -45,7 +45,7 @@ std::string packed(const std::string& bytes) {
   return out;
 }
 
-void expect_refused(const std::filesystem::path& path, const std::string& text) {
+void expect_nrrd_refused(const std::filesystem::path& path, const std::string& text) {
   write_text_atomically(path, text);
   try {
     read_nrrd(path);
@@ -94,7 +94,7 @@ TEST(Nrrd, GzipIsUnpacked) {
   replace(text, "encoding: raw", "encoding: gzip");
   write_text_atomically(folder / "b.nrrd", text);
   EXPECT_EQ(read_nrrd(folder / "b.nrrd").values, volume.values);
-  expect_refused(folder / "c.nrrd", text.substr(0, text.size() - 20));
+  expect_nrrd_refused(folder / "c.nrrd", text.substr(0, text.size() - 20));
 }
 
 TEST(Nrrd, RasIsTurnedToLps) {
@@ -114,9 +114,9 @@ TEST(Nrrd, DamagedFilesAreRefusedByName) {
   const TemporaryFolder folder;
   viewer::test::write_nrrd(folder / "a.nrrd", make_volume());
   const std::string whole = read_text(folder / "a.nrrd");
-  expect_refused(folder / "b.nrrd", "a text");
-  expect_refused(folder / "b.nrrd", whole.substr(0, 80));
-  expect_refused(folder / "b.nrrd", whole.substr(0, whole.size() - 4));
+  expect_nrrd_refused(folder / "b.nrrd", "a text");
+  expect_nrrd_refused(folder / "b.nrrd", whole.substr(0, 80));
+  expect_nrrd_refused(folder / "b.nrrd", whole.substr(0, whole.size() - 4));
   for (const auto& [from, to] :
        std::vector<std::pair<std::string, std::string>>{{"sizes: 3 4 5", "sizes: 99999999 4 5"},
                                                         {"sizes: 3 4 5", "sizes: 999999 999999 5"},
@@ -128,7 +128,7 @@ TEST(Nrrd, DamagedFilesAreRefusedByName) {
                                                         {"(0,0.25,0)", "(0,0,0)"}}) {
     std::string text = whole;
     replace(text, from, to);
-    expect_refused(folder / "b.nrrd", text);
+    expect_nrrd_refused(folder / "b.nrrd", text);
   }
 }
 

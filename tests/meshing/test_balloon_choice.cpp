@@ -20,10 +20,10 @@ using std::numbers::pi;
 
 using test::forked;
 using test::place;
+using test::PlacedCase;
 using test::stenosed;
 using test::stenosed_tube;
 using test::with_cones;
-using Case = test::PlacedCase;
 
 TEST(PlaceBalloon, StaysADiameterInsideTheOutletHoweverItIsClosed) {
   constexpr double kRadius = 1.5;
@@ -45,7 +45,7 @@ TEST(PlaceBalloon, StaysADiameterInsideTheOutletHoweverItIsClosed) {
 }
 
 TEST(PlaceBalloon, IsThinnerWhereTheLumenIs) {
-  const Case tight = place(stenosed_tube(0.75), 18.0, 8.0, 3.0);
+  const PlacedCase tight = place(stenosed_tube(0.75), 18.0, 8.0, 3.0);
   const auto ring_radius = [&](std::size_t ring) {
     const auto& x = tight.setup.balloon.start.vertices;
     return 0.5 * distance(x[20 * ring], x[20 * ring + 10]);
@@ -75,7 +75,7 @@ TEST(PlaceBalloon, CoversTheLesionByThreeMillimetres) {
 
 TEST(PlaceBalloon, DoesNotReachAroundAUTurn) {
   // A half circle of radius 6 mm: 17 mm of lesion and shoulders turn by 160 degrees.
-  const Case turned = place(test::make_arc(1.2, 6.0, 3.0, 0.25), 9.0, 11.0, 2.5);
+  const PlacedCase turned = place(test::make_arc(1.2, 6.0, 3.0, 0.25), 9.0, 11.0, 2.5);
   const std::vector<Vec3>& line = turned.setup.balloon.guidewire;
   const Vec3 first = normalized(line[1] - line[0]),
              last = normalized(line.back() - line[line.size() - 2]);
@@ -119,7 +119,7 @@ TEST(PlaceBalloon, TakesAnySizeThatIsAskedFor) {
 }
 
 TEST(PlaceBalloon, IsShortenedWithAWarningWhereTheVesselIsShort) {
-  const Case tight =
+  const PlacedCase tight =
       place(test::make_tube(18.0, 0.3, test::stenosis(1.5, 9.0, 4.0, 0.5)), 9.0, 8.0, 3.0);
   EXPECT_LT(tight.setup.balloon.length_mm, 14.0);
   EXPECT_GT(tight.setup.balloon.length_mm, 2.0);
@@ -128,7 +128,7 @@ TEST(PlaceBalloon, IsShortenedWithAWarningWhereTheVesselIsShort) {
 
 TEST(PlaceBalloon, ShorterThanAnyThatIsSoldIsSaid) {
   for (const auto& [length, is_said] : {std::pair{15.0, true}, {22.0, false}}) {
-    const Case cut =
+    const PlacedCase cut =
         place(test::make_tube(length, 0.3, test::stenosis(1.5, 0.5 * length, 4.0, 0.5)),
               0.5 * length, 8.0, 3.0);
     EXPECT_LT(cut.setup.balloon.length_mm, 14.0);

@@ -14,8 +14,8 @@ namespace angio::meshing {
 namespace {
 
 using test::place;
+using test::PlacedCase;
 using test::stenosed;
-using Case = test::PlacedCase;
 
 TEST(TetrahedralizeGap, SurvivesInputThatCrossesItself) {
   TriangleMesh balloon = stenosed().setup.balloon.start;
@@ -42,7 +42,8 @@ TEST(TetrahedralizeGap, GivesUpWhenTimeIsUp) {
 
 // A slack balloon lies where it is pushed: the guidewire's first place may be in the air by then.
 TEST(MeshAir, FillsTheGapAroundABalloonThatHasLeftItsGuidewire) {
-  const Case placed = place(test::make_tube(36.0, 0.3, [](double) { return 2.0; }), 18.0, 8.0, 4.0);
+  const PlacedCase placed =
+      place(test::make_tube(36.0, 0.3, [](double) { return 2.0; }), 18.0, 8.0, 4.0);
   TriangleMesh balloon = placed.setup.balloon.start;
   for (Vec3& p : balloon.vertices) p.x += 0.8;
   const TriangleMesh& region = placed.setup.region.mesh;

@@ -17,13 +17,13 @@ namespace {
 
 using std::numbers::pi;
 
-struct Case {
+struct FilledCase {
   const char* name;
   test::Vessel vessel;
 };
-void PrintTo(const Case& c, std::ostream* stream) { *stream << c.name; }
+void PrintTo(const FilledCase& c, std::ostream* stream) { *stream << c.name; }
 
-std::vector<Case> cases() {
+std::vector<FilledCase> filled_cases() {
   return {{"Tube", test::make_tube(20.0, 0.3, [](double) { return 1.5; })},
           {"StenosedTube", test::make_tube(24.0, 0.3, test::stenosis(1.5, 12.0, 5.0, 0.6))},
           {"Arc", test::make_arc(1.5, 8.0, 2.5, 0.3)},
@@ -31,7 +31,7 @@ std::vector<Case> cases() {
           {"Trifurcation", test::make_branching(3, 1.5, 1.0, 8.0, 9.0, 0.9, 0.3)}};
 }
 
-class FilledLumen : public testing::TestWithParam<Case> {
+class FilledLumen : public testing::TestWithParam<FilledCase> {
  protected:
   struct Made {
     LumenMesh lumen;
@@ -143,7 +143,7 @@ TEST_P(FilledLumen, GivesTheSameBytesTwice) {
   EXPECT_EQ(volume_.boundary, again.boundary);
 }
 
-INSTANTIATE_TEST_SUITE_P(Vessels, FilledLumen, testing::ValuesIn(cases()),
+INSTANTIATE_TEST_SUITE_P(Vessels, FilledLumen, testing::ValuesIn(filled_cases()),
                          [](const auto& test_case) { return std::string(test_case.param.name); });
 
 LumenMesh tube_lumen() {

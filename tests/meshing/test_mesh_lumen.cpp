@@ -21,14 +21,14 @@ namespace {
 
 using std::numbers::pi;
 
-struct Case {
+struct MeshedCase {
   const char* name;
   test::Vessel vessel;
   double spacing;
 };
-void PrintTo(const Case& c, std::ostream* stream) { *stream << c.name; }
+void PrintTo(const MeshedCase& c, std::ostream* stream) { *stream << c.name; }
 
-std::vector<Case> cases() {
+std::vector<MeshedCase> meshed_cases() {
   return {{"Tube", test::make_tube(20.0, 0.3, [](double) { return 1.5; }), 0.3},
           {"StenosedTube", test::make_tube(24.0, 0.3, test::stenosis(1.5, 12.0, 5.0, 0.6)), 0.3},
           {"CoarseTube", test::make_tube(20.0, 0.5, [](double) { return 1.0; }), 0.5},
@@ -40,7 +40,7 @@ std::vector<Case> cases() {
           {"Trifurcation", test::make_branching(3, 1.5, 1.0, 8.0, 9.0, 0.9, 0.3), 0.3}};
 }
 
-class MeshLumen : public testing::TestWithParam<Case> {
+class MeshLumen : public testing::TestWithParam<MeshedCase> {
  protected:
   const test::Vessel& vessel() const { return GetParam().vessel; }
   /// Made once for all tests of a vessel.
@@ -180,7 +180,7 @@ TEST_P(MeshLumen, GivesTheSameBytesTwice) {
   EXPECT_EQ(a.capped.vertices, b.capped.vertices);
 }
 
-INSTANTIATE_TEST_SUITE_P(Vessels, MeshLumen, testing::ValuesIn(cases()),
+INSTANTIATE_TEST_SUITE_P(Vessels, MeshLumen, testing::ValuesIn(meshed_cases()),
                          [](const auto& test_case) { return std::string(test_case.param.name); });
 
 TEST(LumenVolume, OfATubeIsThatOfTheCylinder) {

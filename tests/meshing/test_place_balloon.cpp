@@ -22,13 +22,13 @@ using std::numbers::pi;
 using test::bent;
 using test::forked;
 using test::place;
+using test::PlacedCase;
 using test::stenosed;
 using test::stenosed_tube;
-using Case = test::PlacedCase;
 
-class PlacedBalloon : public testing::TestWithParam<const Case& (*)()> {
+class PlacedBalloon : public testing::TestWithParam<const PlacedCase& (*)()> {
  protected:
-  const Case& placed() const { return GetParam()(); }
+  const PlacedCase& placed() const { return GetParam()(); }
   const Balloon& balloon() const { return placed().setup.balloon; }
   const ContactRegion& region() const { return placed().setup.region; }
   const TetMesh& air() const { return placed().setup.air.tets; }
@@ -253,7 +253,7 @@ TEST_P(PlacedBalloon, FillsTheGapWithAir) {
               testing::Each(testing::HasSubstr("the vessel turns by more than")));
 }
 
-std::string vessel_name(const testing::TestParamInfo<const Case& (*)()>& vessel) {
+std::string vessel_name(const testing::TestParamInfo<const PlacedCase& (*)()>& vessel) {
   constexpr const char* kNames[] = {"Stenosed", "Bent", "Forked"};
   return kNames[vessel.index];
 }
@@ -262,7 +262,7 @@ INSTANTIATE_TEST_SUITE_P(Vessels, PlacedBalloon, testing::Values(&stenosed, &ben
 
 TEST(PlaceBalloon, HoldsTheWallThatIsFarFromIt) {
   // Before a fork at so sharp an angle that the next section clear of it lies far off.
-  const Case sharp =
+  const PlacedCase sharp =
       place(test::make_fork(1.5, 1.2, 14.0, 30.0, 0.15, 0.3), 8.0, 2.0, 2.0, {.length_mm = 3.0});
   const ContactRegion& region = sharp.setup.region;
   std::set<int> rim;
@@ -288,7 +288,7 @@ TEST(PlaceBalloon, HoldsTheWallThatIsFarFromIt) {
 }
 
 TEST(PlaceBalloon, GivesTheSameBytesTwice) {
-  const Case again = place(stenosed_tube(), 18.0, 8.0, 3.0);
+  const PlacedCase again = place(stenosed_tube(), 18.0, 8.0, 3.0);
   EXPECT_EQ(again.setup.balloon.start.vertices, stenosed().setup.balloon.start.vertices);
   EXPECT_EQ(again.setup.region.mesh.vertices, stenosed().setup.region.mesh.vertices);
   EXPECT_EQ(again.setup.air.tets.tets, stenosed().setup.air.tets.tets);

@@ -25,7 +25,7 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr double kRadius = 1.5;
+constexpr double kTubeRadius = 1.5;
 constexpr double kLength = 12.0;
 constexpr int kSides = 32;
 constexpr int kRings = 41;
@@ -37,7 +37,7 @@ TriangleMesh make_tube(bool closed) {
     for (int k = 0; k < kSides; ++k) {
       const double a = 2.0 * pi * k / kSides;
       mesh.vertices.push_back(
-          {kRadius * std::cos(a), kRadius * std::sin(a), kLength * i / (kRings - 1)});
+          {kTubeRadius * std::cos(a), kTubeRadius * std::sin(a), kLength * i / (kRings - 1)});
     }
   for (int i = 0; i + 1 < kRings; ++i)
     for (int k = 0; k < kSides; ++k) {
@@ -57,7 +57,8 @@ TriangleMesh make_tube(bool closed) {
   return mesh;
 }
 
-const double kVolume = 0.5 * kSides * std::sin(2.0 * pi / kSides) * kRadius * kRadius * kLength;
+const double kVolume =
+    0.5 * kSides * std::sin(2.0 * pi / kSides) * kTubeRadius * kTubeRadius * kLength;
 
 std::vector<std::string> texts(const RepairedSurface& repaired) {
   std::vector<std::string> list;
@@ -341,9 +342,9 @@ TEST(RepairSurface, UnitesTubesThatCross) {
   const RepairedSurface repaired = repair_surface(mesh);
   expect_sound(repaired.mesh);
   EXPECT_TRUE(surface_topology(repaired.mesh).is_closed());
-  EXPECT_NEAR(
-      enclosed_volume(repaired.mesh) / (2.0 * kVolume - 16.0 / 3.0 * kRadius * kRadius * kRadius),
-      1.0, 0.01);
+  EXPECT_NEAR(enclosed_volume(repaired.mesh) /
+                  (2.0 * kVolume - 16.0 / 3.0 * kTubeRadius * kTubeRadius * kTubeRadius),
+              1.0, 0.01);
   EXPECT_THAT(texts(repaired), Contains(HasSubstr("united")));
 }
 
@@ -354,7 +355,7 @@ TEST(RepairSurface, KeepsVesselsThatLieApart) {
     const int offset = int(mesh.vertices.size());
     const TriangleMesh other = make_tube(true);
     for (const Vec3& p : other.vertices)
-      mesh.vertices.push_back(share * p + Vec3{5.0 * kRadius, 0.0, 0.0});
+      mesh.vertices.push_back(share * p + Vec3{5.0 * kTubeRadius, 0.0, 0.0});
     for (const Triangle& t : other.triangles)
       mesh.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
     const RepairedSurface repaired = repair_surface(mesh);

@@ -15,10 +15,12 @@ namespace {
 using std::numbers::pi;
 
 // A throat of a fifth of the vessel's width, which a balloon opens to that.
-constexpr double kRadius = 1.5, kMiddle = 10.0, kHalfLength = 5.0, kSeverity = 0.8;
-constexpr double kThroat = (1.0 - kSeverity) * kRadius;
+constexpr double kOpenRadius = 1.5, kMiddle = 10.0, kHalfLength = 5.0, kSeverity = 0.8;
+constexpr double kThroat = (1.0 - kSeverity) * kOpenRadius;
 
-double radius_at(double z) { return test::stenosis(kRadius, kMiddle, kHalfLength, kSeverity)(z); }
+double radius_at(double z) {
+  return test::stenosis(kOpenRadius, kMiddle, kHalfLength, kSeverity)(z);
+}
 
 const test::Vessel& vessel() {
   static const test::Vessel kVessel = test::make_tube(20.0, 0.15, radius_at);
@@ -26,7 +28,7 @@ const test::Vessel& vessel() {
 }
 
 const std::vector<WidenedStretch> kStretches{
-    {0, kMiddle - kHalfLength, kMiddle + kHalfLength, 2.0 * kRadius}};
+    {0, kMiddle - kHalfLength, kMiddle + kHalfLength, 2.0 * kOpenRadius}};
 
 const LumenMesh& plain() {
   static const LumenMesh kLumen = mesh_lumen(vessel().level_set, vessel().tree, {});
@@ -40,7 +42,7 @@ const LumenMesh& widened() {
 /// The lumen with every section as wide as the balloon.
 TriangleMesh opened(TriangleMesh mesh) {
   for (Vec3& p : mesh.vertices) {
-    const double share = kRadius / radius_at(p.z);
+    const double share = kOpenRadius / radius_at(p.z);
     p.x *= share;
     p.y *= share;
   }
@@ -89,12 +91,12 @@ TEST(Widening, ShortensLengthsAlongTheVesselByTheRootOfTheShareOfWidths) {
   const detail::Widening widening(vessel().tree, kStretches);
   for (const double z : {8.0, 10.0, 13.0}) {
     const Vec3 w = widening.at(Vec3{radius_at(z), 0.0, z});
-    EXPECT_NEAR(norm_squared(w), 1.0 - std::sqrt(radius_at(z) / kRadius), 0.01) << z;
+    EXPECT_NEAR(norm_squared(w), 1.0 - std::sqrt(radius_at(z) / kOpenRadius), 0.01) << z;
     EXPECT_NEAR(std::abs(normalized(w).z), 1.0, 1e-9) << z;
     const Vec3 edge = detail::shortened({0.3, 0.4, 1.0}, w);
     EXPECT_NEAR(edge.x, 0.3, 1e-9);
     EXPECT_NEAR(edge.y, 0.4, 1e-9);
-    EXPECT_NEAR(edge.z, std::sqrt(radius_at(z) / kRadius), 0.01);
+    EXPECT_NEAR(edge.z, std::sqrt(radius_at(z) / kOpenRadius), 0.01);
   }
 }
 
@@ -123,7 +125,7 @@ TEST(Widening, LeavesTrianglesHalfWayBetweenThoseOfBothShapes) {
       sum += radius_at(p.z);
       ++count;
     }
-  const double half_way = std::sqrt(kRadius / (sum / count));
+  const double half_way = std::sqrt(kOpenRadius / (sum / count));
   const double before = length_along_over_around(plain().open),
                now = length_along_over_around(widened().open);
   EXPECT_NEAR(before, 1.0, 0.2);

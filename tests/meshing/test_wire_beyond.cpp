@@ -9,7 +9,7 @@
 namespace angio::meshing {
 namespace {
 
-constexpr double kBend = 20.0, kRadius = 1.5, kSmoothing = 0.75;
+constexpr double kBend = 20.0, kVesselRadius = 1.5, kSmoothing = 0.75;
 constexpr double kLeft = 18.0, kBalloon = 10.0, kPathLength = 34.0;  // 6 mm are left at the end
 
 /// A quarter of a circle and more around the origin, in the plane of x and y.
@@ -22,9 +22,9 @@ CenterlinePath arc_path() {
   for (int i = 0; i <= 340; ++i) {
     path.points.push_back(on_circle(0.1 * i));
     path.abscissa.push_back(0.1 * i);
-    path.inscribed_radius.push_back(kRadius);
-    path.section_area.push_back(units::kPi * kRadius * kRadius);
-    path.equivalent_radius.push_back(kRadius);
+    path.inscribed_radius.push_back(kVesselRadius);
+    path.section_area.push_back(units::kPi * kVesselRadius * kVesselRadius);
+    path.equivalent_radius.push_back(kVesselRadius);
   }
   return path;
 }
@@ -61,7 +61,7 @@ TEST(WireBeyond, LeavesThePolesInTheWiresDirection) {
   const double spacing = distance(balloon.guidewire[0], balloon.guidewire[1]);
   // Onto a line 0.3 mm off and askew by 0.25 it comes over one diameter: curvature is at most 4
   // (askew) / w + 6 (off) / w^2 + 1 / bend.
-  const double diameter = 2.0 * kRadius;
+  const double diameter = 2.0 * kVesselRadius;
   const double most =
       spacing * (4.0 * 0.27 / diameter + 6.0 * 0.3 / (diameter * diameter) + 1.0 / kBend);
   for (std::size_t i = 1; i + 1 < wire.size(); ++i) {

@@ -244,14 +244,14 @@ TEST(CommandLine, AFolderThatIsNoCaseYetIsSaidToBeNone) {
 
 TEST(CommandLine, InspectSaysWhatARunTakesAndWhatNot) {
   CommandFolder folder;
-  ASSERT_EQ(run_program("phantom coronary --format xa-views --views 0/0 --spacing 0.6 -o '" +
+  ASSERT_EQ(run_program("phantom straight --format xa-views --views 0/0 --spacing 0.6 -o '" +
                         folder / "one" + "'")
                 .exit_code,
             0);
   const ProgramResult one = run_program("inspect --json '" + folder / "one/xa_views" + "'");
   EXPECT_EQ(one.exit_code, 0);
   EXPECT_TRUE(nlohmann::json::parse(one.out).at("series").at(0).at("taken_as").is_null());
-  ASSERT_EQ(run_program("phantom coronary --format xa-views --views 0/0,40/0 --spacing 0.6 -o '" +
+  ASSERT_EQ(run_program("phantom straight --format xa-views --views 0/0,40/0 --spacing 0.6 -o '" +
                         folder / "two" + "'")
                 .exit_code,
             0);

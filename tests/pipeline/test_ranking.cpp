@@ -1,17 +1,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <random>
 #include <vector>
 
 #include "pipeline/cli/ranking.hpp"
+#include "pipeline/cli/variants.hpp"
 
 namespace angio::pipeline {
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// Few distinct numbers, so that candidates tie and dominate each other often.
 std::vector<Standing> random_standings(unsigned seed, std::size_t count) {
@@ -23,7 +21,7 @@ std::vector<Standing> random_standings(unsigned seed, std::size_t count) {
     for (int m = 0; m < 4; ++m) one.measures.push_back(below(4));
     standings.push_back(one);
   }
-  if (seed % 3 == 0) standings[0].measures[2] = kNone;
+  if (seed % 3 == 0) standings[0].measures[2] = kNotMeasured;
   return standings;
 }
 
@@ -94,7 +92,7 @@ TEST(Ranking, AMeasureThatIsNotKnownOfAllCountsForNone) {
   const auto one = [](double residual, double injury) {
     return Standing{Certainty::determined, 0, {residual, injury}};
   };
-  const auto ranked = rank_candidates({one(20, 5), one(20, kNone), one(10, 50)});
+  const auto ranked = rank_candidates({one(20, 5), one(20, kNotMeasured), one(10, 50)});
   EXPECT_EQ(ranked[2].rank, 1);
   EXPECT_EQ(ranked[0].rank, 2);
   EXPECT_EQ(ranked[1].rank, 2);

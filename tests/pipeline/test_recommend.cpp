@@ -26,7 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 const TreatedLesion kLesion{{3.0, 10.0}, 0, 20.0};
 
 ExitCode code_of(const CandidateRequest& request) {
@@ -100,7 +99,7 @@ TEST(Candidates, WrongValuesAreRefused) {
 CandidateResult judged(const std::string& status, double residual, double ratio, double ffr,
                        double peak_atm, const std::string& vessel = "coronary",
                        double place_mm = 20.0, double widening = 1.0) {
-  VariantRow row{{}, status, "", std::vector<double>(variant_measures().size(), kNone)};
+  VariantRow row{{}, status, "", std::vector<double>(variant_measures().size(), kNotMeasured)};
   for (std::size_t m = 0; m < row.measures.size() && status == "done"; ++m) {
     const std::string column = variant_measures()[m].column;
     row.measures[m] = column == "residual_stenosis_percent" ? residual

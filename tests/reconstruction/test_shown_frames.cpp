@@ -6,10 +6,10 @@
 namespace angio::reconstruction {
 namespace {
 
-const std::vector<tests::Ball> kBalls = {{{6.0, -4.0, 3.0}, 5.0, 0.02}};
+const std::vector<tests::Ball> kShownBall = {{{6.0, -4.0, 3.0}, 5.0, 0.02}};
 
 ShownFrames show(const std::vector<angiogram::ConeBeamFrame>& frames) {
-  const tests::PicturesOfBalls pictures(frames, kBalls);
+  const tests::PicturesOfBalls pictures(frames, kShownBall);
   RotationalRun run;
   run.frames = frames;
   run.pictures = &pictures;
@@ -40,12 +40,12 @@ TEST(ShownFrames, HoldTheLineIntegralsOfTheirRays) {
     for (int row = 0; row < size[1]; ++row)
       for (int column = 0; column < size[0]; ++column)
         EXPECT_NEAR(shown.pictures.at(column, row, int(n)),
-                    tests::line_integral(kBalls, frame.source, frame.place(column, row)), 0.04);
+                    tests::line_integral(kShownBall, frame.source, frame.place(column, row)), 0.04);
     // In the ball's middle, where it hardly bends, much nearer.
-    const angiogram::SeenPoint seen = angiogram::ConeBeamView(frame).see(kBalls[0].middle);
+    const angiogram::SeenPoint seen = angiogram::ConeBeamView(frame).see(kShownBall[0].middle);
     const int column = int(std::lround(seen.column)), row = int(std::lround(seen.row));
     EXPECT_NEAR(shown.pictures.at(column, row, int(n)),
-                tests::line_integral(kBalls, frame.source, frame.place(column, row)), 0.004);
+                tests::line_integral(kShownBall, frame.source, frame.place(column, row)), 0.004);
   }
 }
 

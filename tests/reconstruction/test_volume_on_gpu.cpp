@@ -17,7 +17,7 @@ using tests::Ball;
 using tests::PicturesOfBalls;
 using tests::turn;
 
-const std::vector<Ball> kBalls = {{{3.0, -4.0, 2.0}, 5.0, 0.02}, {{-6.0, 5.0, -3.0}, 2.5, 0.04}};
+const std::vector<Ball> kTwoBalls = {{{3.0, -4.0, 2.0}, 5.0, 0.02}, {{-6.0, 5.0, -3.0}, 2.5, 0.04}};
 const std::vector<Ball> kBody = {{{0, 0, 0}, 60.0, 0.02}, {{4.0, 0, 0}, 4.0, -0.02}};
 
 struct Both {
@@ -94,7 +94,7 @@ RotationalRun run_of(const std::vector<ConeBeamFrame>& frames, const PicturesOfB
 
 TEST_F(VolumeOnGpu, IsTheCpus) {
   const auto frames = turn(180, -100.0, 100.0);
-  const PicturesOfBalls pictures(frames, kBalls);
+  const PicturesOfBalls pictures(frames, kTwoBalls);
   const RotationalRun run = run_of(frames, pictures);
   expect_same(on_both(run), run);
 }
@@ -108,7 +108,7 @@ TEST_F(VolumeOnGpu, OfADetectorThatIsShiftedAndTurnedIsTheCpus) {
     frames[f].row_step = std::cos(roll) * r - std::sin(roll) * c;
     frames[f].first_pixel += shift * c - 0.5 * shift * r;
   }
-  const PicturesOfBalls pictures(frames, kBalls);
+  const PicturesOfBalls pictures(frames, kTwoBalls);
   const RotationalRun run = run_of(frames, pictures);
   expect_same(on_both(run), run);
 }
@@ -124,7 +124,7 @@ TEST_F(VolumeOnGpu, OfABodyWiderThanTheDetectorIsTheCpus) {
 
 TEST_F(VolumeOnGpu, WithMasksAndAShutterIsTheCpus) {
   const auto frames = turn(90, -100.0, 100.0);
-  const PicturesOfBalls masks(frames, {kBalls[0]}), pictures(frames, kBalls);
+  const PicturesOfBalls masks(frames, {kTwoBalls[0]}), pictures(frames, kTwoBalls);
   RotationalRun run = run_of(frames, pictures);
   run.masks = &masks;
   run.open_field = {2, 93, 3, 60};
@@ -133,7 +133,7 @@ TEST_F(VolumeOnGpu, WithMasksAndAShutterIsTheCpus) {
 
 TEST_F(VolumeOnGpu, OfLogarithmicPixelsIsTheCpus) {
   const auto frames = turn(60, -100.0, 100.0);
-  const PicturesOfBalls pictures(frames, kBalls, 2.0);
+  const PicturesOfBalls pictures(frames, kTwoBalls, 2.0);
   RotationalRun run = run_of(frames, pictures);
   run.relation = PixelRelation::logarithmic;
   expect_same(on_both(run), run);
@@ -141,7 +141,7 @@ TEST_F(VolumeOnGpu, OfLogarithmicPixelsIsTheCpus) {
 
 TEST_F(VolumeOnGpu, ComesTheSameTwice) {
   const auto frames = turn(60, -100.0, 100.0);
-  const PicturesOfBalls pictures(frames, kBalls);
+  const PicturesOfBalls pictures(frames, kTwoBalls);
   ReconstructionOptions options;
   options.backend = Backend::cuda;
   const RotationalRun run = run_of(frames, pictures);
@@ -152,7 +152,7 @@ TEST_F(VolumeOnGpu, ComesTheSameTwice) {
 TEST(VolumeWithoutAGpu, IsLeftToTheCpuOrRefused) {
   if (!detail::gpu_name().empty()) GTEST_SKIP() << "there is a GPU";
   const auto frames = turn(30, -100.0, 100.0);
-  const PicturesOfBalls pictures(frames, kBalls);
+  const PicturesOfBalls pictures(frames, kTwoBalls);
   ReconstructionOptions options;
   const Reconstruction result = reconstruct_volume(run_of(frames, pictures), options);
   EXPECT_EQ(result.backend, "cpu");

@@ -28,8 +28,8 @@ using test::grid_of;
 using testing::Contains;
 using testing::HasSubstr;
 
-constexpr double kAorta = 8.0;                                   ///< radius [mm]
-constexpr double kBlood = 350.0, kMuscle = 50.0, kFat = -100.0;  ///< [HU]
+constexpr double kAorta = 8.0;                                         ///< radius [mm]
+constexpr double kBloodOfTrunk = 350.0, kFlesh = 50.0, kFat = -100.0;  ///< [HU]
 
 /// A body: fat with muscle, an aorta along z with a branch to the left, and a vertebra that it lies
 /// on, cortex around marrow of struts; between them the mean of the marrow is that of blood.
@@ -38,7 +38,7 @@ struct BodyImage {
   Volume<std::uint8_t> is_bone, is_blood;
 };
 
-BodyImage body_image(bool with_bone, double noise_sd, double blood = kBlood,
+BodyImage body_image(bool with_bone, double noise_sd, double blood = kBloodOfTrunk,
                      double slice_mm = 1.0) {
   const VolumeGeometry grid = grid_of({90, 90, 60}, {1.0, 1.0, slice_mm});
   BodyImage body{Volume<float>(grid), Volume<std::uint8_t>(grid), Volume<std::uint8_t>(grid)};
@@ -60,7 +60,7 @@ BodyImage body_image(bool with_bone, double noise_sd, double blood = kBlood,
     body.is_blood.values[v] = is_blood;
     body.volume.values[v] = float(is_blood                      ? blood
                                   : is_bone                     ? (in_bone < 2.0 ? 750.0 : marrow)
-                                  : std::hypot(p.x, p.y) < 38.0 ? kMuscle
+                                  : std::hypot(p.x, p.y) < 38.0 ? kFlesh
                                                                 : kFat);
   });
   body.volume = smooth(body.volume, 0.7);
@@ -82,8 +82,8 @@ double part_in(const Volume<std::uint8_t>& mask, const Volume<std::uint8_t>& oth
 TEST(Evenness, IsThatOfNoiseInBloodAndMoreInBone) {
   const BodyImage body = body_image(true, 15.0);
   BloodLevel level;
-  level.lumen = float(kBlood);
-  level.tissue = float(kMuscle);
+  level.lumen = float(kBloodOfTrunk);
+  level.tissue = float(kFlesh);
   const Evenness evenness = find_evenness(body.volume, level);
   EXPECT_NEAR(evenness.of_tissue, 15.0, 3.0);
   Volume<std::uint8_t> even(body.volume.geometry);
@@ -103,8 +103,8 @@ TEST(Bones, AreToldFromTheVesselThatLiesOnThem) {
     const BodyImage body = body_image(true, noise);
     const Bones bones = find_bones(body.volume, find_tube_axes(body.volume), {});
     ASSERT_TRUE(bones.are_there) << noise;
-    EXPECT_NEAR(bones.level.lumen, kBlood, 0.05 * kBlood);
-    EXPECT_NEAR(bones.level.tissue, kMuscle, 15.0);
+    EXPECT_NEAR(bones.level.lumen, kBloodOfTrunk, 0.05 * kBloodOfTrunk);
+    EXPECT_NEAR(bones.level.tissue, kFlesh, 15.0);
     EXPECT_GT(part_in(body.is_bone, bones.mask), 0.9) << noise;
     EXPECT_LT(part_in(body.is_blood, bones.mask), 0.05) << noise;
   }
@@ -157,7 +157,7 @@ struct UnmixedBolus {
       volume.values[v] = artery.values[v] ? float(kMixed)
                          : is_vein        ? streaks[(cell(p.x) * 64 + cell(p.y)) * 64 + cell(p.z)]
                          : is_rod         ? 1500.0f
-                                          : float(std::hypot(p.x, p.y) < 40.0 ? kMuscle : kFat);
+                                          : float(std::hypot(p.x, p.y) < 40.0 ? kFlesh : kFat);
     });
     volume = smooth(volume, 0.7);
     std::normal_distribution<float> noise(0.0f, 10.0f);
@@ -171,7 +171,7 @@ TEST(Bones, VeinsWithAnUnmixedBolusAreNoLevelOfBlood) {
     const Bones bones = find_bones(body.volume, find_tube_axes(body.volume), {});
     ASSERT_TRUE(bones.are_there);
     EXPECT_NEAR(bones.level.lumen, UnmixedBolus::kMixed, 0.05 * UnmixedBolus::kMixed) << with_rod;
-    EXPECT_NEAR(bones.level.tissue, kMuscle, 15.0) << with_rod;
+    EXPECT_NEAR(bones.level.tissue, kFlesh, 15.0) << with_rod;
     EXPECT_GT(part_in(body.bright, bones.mask), 0.9) << with_rod;
     EXPECT_LT(part_in(body.artery, bones.mask), 0.02) << with_rod;
     EXPECT_THAT(bones.warning, HasSubstr("brighter than most of the blood"));
@@ -190,7 +190,7 @@ TEST(Bones, KidneysBesideABrighterAortaAreNoBlood) {
     const bool is_kidney = std::hypot((std::abs(p.x) - 27.0) / 14.0, p.y / 18.0, p.z / 32.0) < 1.0;
     volume.values[v] = aorta.values[v] ? kOpacified
                        : is_kidney     ? kKidney
-                                       : float(std::hypot(p.x, p.y) < 34.0 ? kMuscle : kFat);
+                                       : float(std::hypot(p.x, p.y) < 34.0 ? kFlesh : kFat);
   });
   volume = smooth(volume, 0.7);
   for (float& value : volume.values) value += noise(random);
@@ -222,7 +222,7 @@ TEST(Couch, IsNoVessel) {
   const auto on_couch = [](double blood) {  // 18 cm of body over a rail
     BodyImage body = body_image(true, 10.0, blood, 3.0);
     std::mt19937 random(8);
-    std::normal_distribution<float> rail(float(kBlood), 10.0f);
+    std::normal_distribution<float> rail(float(kBloodOfTrunk), 10.0f);
     for_each_voxel(body.volume.geometry, [&](const Vec3& p, std::size_t v) {
       if (p.y < -15.0 && std::hypot(p.x, p.y) > 38.0) body.volume.values[v] = -1000.0f;  // air
       if (std::hypot(p.x - 30.0, p.y + 36.0) < 5.0) body.volume.values[v] = rail(random);
@@ -236,11 +236,11 @@ TEST(Couch, IsNoVessel) {
     });
     return count;
   };
-  const Segmentation with_contrast = segment_vessels(on_couch(kBlood), {});
+  const Segmentation with_contrast = segment_vessels(on_couch(kBloodOfTrunk), {});
   EXPECT_LT(interpolate(with_contrast.level_set, {0.0, 0.0, 0.0}), 0.0);
   EXPECT_EQ(in_rail(with_contrast), 0);
   try {
-    EXPECT_EQ(in_rail(segment_vessels(on_couch(kMuscle), {})), 0);
+    EXPECT_EQ(in_rail(segment_vessels(on_couch(kFlesh), {})), 0);
   } catch (const InputError&) {  // without contrast it may find nothing
   }
 }
@@ -254,19 +254,19 @@ TEST(EvenLevel, IsThatOfAHeartWhereNoTubeIsLongEnough) {
     for (int n = 0; n < count; ++n) even.push_back(values(random));
   };
   add(kFat, 3000);
-  add(kMuscle, 3000);
+  add(kFlesh, 3000);
   add(130.0, 2000);  // a liver with contrast
   BloodLevel rough;
   rough.lumen = 400.0f;  // the bones have their say
-  rough.tissue = float(kMuscle);
+  rough.tissue = float(kFlesh);
   const std::vector<float> without_heart = even;
-  add(kBlood, 500);
+  add(kBloodOfTrunk, 500);
   const BloodLevel level = find_even_level({}, even, kPlace, rough);
   EXPECT_TRUE(level.is_told && level.is_even && !level.is_of_pools);
-  EXPECT_NEAR(level.lumen, kBlood, 5.0);
+  EXPECT_NEAR(level.lumen, kBloodOfTrunk, 5.0);
   EXPECT_NEAR(level.tissue, 130.0, 5.0);
   even = without_heart;
-  add(kBlood, 100);  // 10 ml
+  add(kBloodOfTrunk, 100);  // 10 ml
   EXPECT_FALSE(find_even_level({}, even, kPlace, rough).is_told);
 }
 
@@ -279,13 +279,13 @@ TEST(Evenness, IsMeasuredByTheNoiseAround) {
   for_each_voxel(grid, [&](const Vec3& p, std::size_t v) {
     const bool is_blood = std::hypot(p.x, p.y) < kAorta;
     const bool is_cut = std::hypot(p.x - 17.0, p.y) < 7.0;  // at the scale's end
-    volume.values[v] =
-        is_cut ? 3071.0f
-               : float(is_blood ? kBlood : kMuscle) + (p.z < 40.0 ? 15.0f : 30.0f) * noise(random);
+    volume.values[v] = is_cut ? 3071.0f
+                              : float(is_blood ? kBloodOfTrunk : kFlesh) +
+                                    (p.z < 40.0 ? 15.0f : 30.0f) * noise(random);
   });
   BloodLevel level;
-  level.lumen = float(kBlood);
-  level.tissue = float(kMuscle);
+  level.lumen = float(kBloodOfTrunk);
+  level.tissue = float(kFlesh);
   const Evenness evenness = find_evenness(volume, level);
   const auto even_part = [&](double from_z, double to_z, double x) {
     double even = 0.0, all = 0.0;
@@ -315,10 +315,10 @@ TEST(Bones, TrunksAreSoughtAgainWithoutTheSpine) {
     const double to_heart = norm(p - Vec3{-12.0, -32.0, 0.0});
     const double in_spine = 18.0 - std::hypot(p.x, p.y - 35.0);
     volume.values[v] =
-        float(to_aorta < 9.0 || to_heart < 25.0 ? kBlood
+        float(to_aorta < 9.0 || to_heart < 25.0 ? kBloodOfTrunk
               : in_spine > 3.0 ? struts[(cell(p.x) * 64 + cell(p.y)) * 64 + cell(p.z)]
               : in_spine > 0.0 ? 900.0
-              : p.y > 15.0 || std::abs(p.x) > 45.0 ? kMuscle
+              : p.y > 15.0 || std::abs(p.x) > 45.0 ? kFlesh
                                                    : -800.0);
   });
   volume = smooth(volume, 0.7);
@@ -339,11 +339,11 @@ TEST(Bones, TrunksAreSoughtAgainWithoutTheSpine) {
 TEST(EvenLevel, IsThatOfVesselsDarkerThanBone) {
   std::vector<float> even;
   std::mt19937 random(3);
-  std::normal_distribution<float> muscle(float(kMuscle), 5.0f);
+  std::normal_distribution<float> muscle(float(kFlesh), 5.0f);
   for (int n = 0; n < 5000; ++n) even.push_back(muscle(random));
   BloodLevel rough;  // of a skull
   rough.lumen = 900.0f;
-  rough.tissue = float(kMuscle);
+  rough.tissue = float(kFlesh);
   const auto tube = [](double intensity, double length) {
     TubeAxis axis;
     axis.radius_mm = 3.0;
@@ -353,12 +353,12 @@ TEST(EvenLevel, IsThatOfVesselsDarkerThanBone) {
     axis.intensity.assign(10, float(intensity));
     return axis;
   };
-  const TubeAxis strand = tube(kMuscle, 100.0), carotid = tube(kBlood, 40.0);
+  const TubeAxis strand = tube(kFlesh, 100.0), carotid = tube(kBloodOfTrunk, 40.0);
   const BloodLevel level = find_even_level({strand, carotid}, even, 10.0, rough);
   EXPECT_TRUE(level.is_told && level.is_of_pools);
-  EXPECT_NEAR(level.lumen, kBlood, 1.0);
-  EXPECT_NEAR(level.tissue, kMuscle, 5.0);
-  EXPECT_FALSE(find_even_level({strand, tube(kBlood, 5.0)}, even, 10.0, rough).is_told);
+  EXPECT_NEAR(level.lumen, kBloodOfTrunk, 1.0);
+  EXPECT_NEAR(level.tissue, kFlesh, 5.0);
+  EXPECT_FALSE(find_even_level({strand, tube(kBloodOfTrunk, 5.0)}, even, 10.0, rough).is_told);
 }
 
 /// A leg: an artery along z and, 16 mm beside it, a bone with marrow of fat from end to end.
@@ -366,8 +366,8 @@ Volume<float> leg_image(double artery, const Vec3& axis, double bone, double cor
   TubeImage image;
   image.size = {90, 60, 90};
   image.spacing = {0.6, 0.6, 0.8};
-  image.background = kMuscle;
-  image.lumen = kBlood;
+  image.background = kFlesh;
+  image.lumen = kBloodOfTrunk;
   image.blur_mm = 0.5;
   Volume<float> volume = image_of(image, [&](const Vec3& p) {
     return std::hypot(p.x - 9.07, p.y + 0.04) - artery - 0.2 * std::sin(0.2 * p.z);
@@ -378,7 +378,7 @@ Volume<float> leg_image(double artery, const Vec3& axis, double bone, double cor
     const double out = std::hypot(p.x - axis.x, p.y - axis.y) - bone;
     const auto edge = [](double d) { return 0.5 * std::erfc(d / (std::sqrt(2.0) * 0.5)); };
     volume.values[v] +=
-        float(edge(out) * (cortex_hu - kMuscle) - edge(out + 2.5) * (cortex_hu - kFat)) +
+        float(edge(out) * (cortex_hu - kFlesh) - edge(out + 2.5) * (cortex_hu - kFat)) +
         noise(random);
   });
   return volume;
@@ -456,7 +456,8 @@ double ball_kept_out(const std::function<double(const Vec3&)>& share_of_blood) {
   for_each_voxel(ball.geometry, [&](const Vec3& p, std::size_t v) {
     if (distance(p, {-24.0, -16.0, 0.0}) > 11.0) return;
     ball.values[v] = 1;
-    body.volume.values[v] = float(kMuscle + share_of_blood(p) * (kBlood - kMuscle)) + noise(random);
+    body.volume.values[v] =
+        float(kFlesh + share_of_blood(p) * (kBloodOfTrunk - kFlesh)) + noise(random);
   });
   const Bones bones = find_bones(body.volume, find_tube_axes(body.volume), {});
   EXPECT_TRUE(bones.are_there);

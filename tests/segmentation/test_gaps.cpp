@@ -18,7 +18,7 @@ using test::for_each_voxel;
 using test::grid_of;
 
 constexpr std::uint8_t kVessel = 2, kWay = 1;
-constexpr double kRadius = 1.6;  ///< [mm]
+constexpr double kTubeRadius = 1.6;  ///< [mm]
 
 Volume<std::uint8_t> draw(const std::function<bool(const Vec3&)>& is_vessel) {
   const VolumeGeometry grid = grid_of({60, 60, 100}, {0.4, 0.4, 0.4});
@@ -33,10 +33,11 @@ int piece_count(const Volume<std::uint8_t>& mask) {
 }
 
 /// A vessel along z, cut over `gap` mm in its middle; behind the cut it lies `aside` mm aside.
-Volume<std::uint8_t> cut_vessel(double gap, double aside = 0.0, double radius_behind = kRadius) {
+Volume<std::uint8_t> cut_vessel(double gap, double aside = 0.0,
+                                double radius_behind = kTubeRadius) {
   return draw([=](const Vec3& p) {
     if (std::abs(p.z) < 0.5 * gap) return false;
-    return p.z < 0.0 ? std::hypot(p.x, p.y) < kRadius
+    return p.z < 0.0 ? std::hypot(p.x, p.y) < kTubeRadius
                      : std::hypot(p.x - aside, p.y) < radius_behind;
   });
 }
@@ -71,24 +72,25 @@ TEST(Gaps, TheWayIsThinAndOfItsOwnKind) {
 TEST(Gaps, VesselsThatPassAreNot) {
   // Side by side; crossing; one that ends at the flank of another.
   EXPECT_FALSE(joins(draw([](const Vec3& p) {
-    return std::hypot(p.x, p.y) < kRadius || std::hypot(p.x - 4.2, p.y) < kRadius;
+    return std::hypot(p.x, p.y) < kTubeRadius || std::hypot(p.x - 4.2, p.y) < kTubeRadius;
   })));
   EXPECT_FALSE(joins(draw([](const Vec3& p) {
-    return std::hypot(p.x, p.y) < kRadius || std::hypot(p.x - 4.2, p.z) < kRadius;
+    return std::hypot(p.x, p.y) < kTubeRadius || std::hypot(p.x - 4.2, p.z) < kTubeRadius;
   })));
   EXPECT_FALSE(joins(draw([](const Vec3& p) {
-    return std::hypot(p.x, p.y) < kRadius || (std::hypot(p.y, p.z) < kRadius && p.x > 3.0);
+    return std::hypot(p.x, p.y) < kTubeRadius || (std::hypot(p.y, p.z) < kTubeRadius && p.x > 3.0);
   })));
 }
 
 TEST(Gaps, OneIsNotFarWiderThanTheOther) {
-  EXPECT_TRUE(joins(cut_vessel(2.0, 0.0, 1.5 * kRadius)));
-  EXPECT_FALSE(joins(cut_vessel(2.0, 0.0, 3.0 * kRadius)));
+  EXPECT_TRUE(joins(cut_vessel(2.0, 0.0, 1.5 * kTubeRadius)));
+  EXPECT_FALSE(joins(cut_vessel(2.0, 0.0, 3.0 * kTubeRadius)));
 }
 
 TEST(Gaps, CrumbsAreNot) {
   EXPECT_FALSE(joins(draw([](const Vec3& p) {
-    return (std::hypot(p.x, p.y) < kRadius && p.z < 0.0) || distance(p, {0.0, 0.0, 3.0}) < kRadius;
+    return (std::hypot(p.x, p.y) < kTubeRadius && p.z < 0.0) ||
+           distance(p, {0.0, 0.0, 3.0}) < kTubeRadius;
   })));
 }
 
@@ -110,19 +112,19 @@ TEST(Gaps, AWayFromFlankToFlankIsNone) {
   };
   EXPECT_FALSE(is_left(
       [](const Vec3& p) {  // crossing
-        return std::hypot(p.x, p.y) < kRadius || std::hypot(p.x - 4.2, p.z) < kRadius;
+        return std::hypot(p.x, p.y) < kTubeRadius || std::hypot(p.x - 4.2, p.z) < kTubeRadius;
       },
       way));
   EXPECT_FALSE(is_left(
       [](const Vec3& p) {  // side by side, nearest in their middle
-        return std::hypot(p.x, p.y) < kRadius ||
-               std::hypot(p.x - 4.2 - 0.01 * p.z * p.z, p.y) < kRadius;
+        return std::hypot(p.x, p.y) < kTubeRadius ||
+               std::hypot(p.x - 4.2 - 0.01 * p.z * p.z, p.y) < kTubeRadius;
       },
       way));
 }
 
 TEST(Gaps, AWayToABranchOrThroughAStenosisIsOne) {
-  const auto trunk = [](const Vec3& p) { return std::hypot(p.x, p.y) < kRadius; };
+  const auto trunk = [](const Vec3& p) { return std::hypot(p.x, p.y) < kTubeRadius; };
   for (const double degrees : {90.0, 60.0, 40.0}) {  // to the trunk
     const double angle = degrees * units::kPi / 180.0;
     const Vec3 axis{std::sin(angle), 0.0, std::cos(angle)};
@@ -131,7 +133,7 @@ TEST(Gaps, AWayToABranchOrThroughAStenosisIsOne) {
       return along > 0.0 && norm(p - along * axis) < 1.0;
     };
     EXPECT_TRUE(is_left(
-        [=](const Vec3& p) { return trunk(p) || (branch(p) && p.x > kRadius + 1.0); }, branch))
+        [=](const Vec3& p) { return trunk(p) || (branch(p) && p.x > kTubeRadius + 1.0); }, branch))
         << degrees;
   }
   EXPECT_TRUE(is_left([=](const Vec3& p) { return trunk(p) && std::abs(p.z) > 1.0; },
@@ -142,7 +144,7 @@ TEST(Gaps, AThroatThatNoVoxelShowsLeavesOneTree) {
   // 85 % over 12 mm of a vessel of 3.2 mm, in voxels of 0.4 mm: its throat holds a sixth of one.
   const auto radius = [](double z) {
     const double part = std::abs(z) < 6.0 ? 0.5 * (1.0 + std::cos(units::kPi * z / 6.0)) : 0.0;
-    return kRadius * (1.0 - 0.85 * part);
+    return kTubeRadius * (1.0 - 0.85 * part);
   };
   TubeImage image;
   image.size = {40, 40, 100};

@@ -16,8 +16,8 @@
 namespace angio::segmentation {
 namespace {
 
-constexpr double kTissue = 50.0, kBlood = 400.0;
-constexpr double kRadius = 2.0, kHalfLength = 5.0, kVoxel = 0.4;  // mm
+constexpr double kTissue = 50.0, kBloodBeside = 400.0;
+constexpr double kVesselRadius = 2.0, kHalfLength = 5.0, kVoxel = 0.4;  // mm
 
 struct Plaque {
   double intensity = 1100.0;
@@ -29,11 +29,11 @@ struct Plaque {
 double lumen_radius(const Plaque& plaque, double z) {
   const double t = z / kHalfLength;
   const double share = std::abs(t) < 1.0 ? 0.5 * (1.0 + std::cos(units::kPi * t)) : 0.0;
-  return kRadius * (1.0 - share * (1.0 - plaque.rest));
+  return kVesselRadius * (1.0 - share * (1.0 - plaque.rest));
 }
 
 double lumen_middle(const Plaque& plaque, double z) {
-  return plaque.is_one_sided ? kRadius - lumen_radius(plaque, z) : 0.0;
+  return plaque.is_one_sided ? kVesselRadius - lumen_radius(plaque, z) : 0.0;
 }
 
 /// A vessel along z whose lumen is narrowed in the middle, plaque between it and the wall, as a
@@ -50,9 +50,10 @@ Volume<float> image_with(const Plaque& plaque) {
     for (int j = 0; j < grid.size[1]; ++j)
       for (int i = 0; i < grid.size[0]; ++i) {
         const Vec3 p = grid.lps_from_index({double(i), double(j), double(k)});
-        if (std::hypot(p.x, p.y) > kRadius) continue;
+        if (std::hypot(p.x, p.y) > kVesselRadius) continue;
         const double off = std::hypot(p.x - lumen_middle(plaque, p.z), p.y);
-        fine.at(i, j, k) = float(off <= lumen_radius(plaque, p.z) ? kBlood : plaque.intensity);
+        fine.at(i, j, k) =
+            float(off <= lumen_radius(plaque, p.z) ? kBloodBeside : plaque.intensity);
       }
   Volume<float> image = detail::block_average(detail::smooth(fine, 0.35), {kFine, kFine, kFine});
   std::mt19937 random(1);
@@ -73,8 +74,8 @@ double diameter_at(const Volume<float>& level_set, double z) {
 
 void expect_true_lumen(const Plaque& plaque) {
   const Segmentation result = segment_vessels(image_with(plaque), {});
-  EXPECT_NEAR(diameter_at(result.level_set, 0.0), 2.0 * kRadius * plaque.rest, kVoxel);
-  EXPECT_NEAR(diameter_at(result.level_set, 12.0), 2.0 * kRadius, 0.5 * kVoxel);
+  EXPECT_NEAR(diameter_at(result.level_set, 0.0), 2.0 * kVesselRadius * plaque.rest, kVoxel);
+  EXPECT_NEAR(diameter_at(result.level_set, 12.0), 2.0 * kVesselRadius, 0.5 * kVoxel);
   for (double z = -15.0; z < 15.0; z += 0.5)
     EXPECT_LT(interpolate(result.level_set, {lumen_middle(plaque, z), 0.0, z}), 0.0) << z;
 }
@@ -124,7 +125,7 @@ bool is_plaque(const Volume<float>& volume) {
   std::vector<bool> candidates(boxes.size(), false);
   candidates[largest] = true;
   return detail::find_plaque(pieces, boxes, candidates, detail::find_tube_axes(volume), volume,
-                             {float(kBlood), 350.0f})[largest];
+                             {float(kBloodBeside), 350.0f})[largest];
 }
 
 // Its wall is farther from the axis than that of any vessel that a balloon of a coronary fits.
@@ -135,7 +136,7 @@ TEST(Plaque, InTheWallOfAWideVesselIsFarFromItsAxis) {
   image.spacing = {0.7, 0.7, 0.7};
   image.blur_mm = 0.4;
   image.background = kTissue;
-  image.lumen = kBlood;
+  image.lumen = kBloodBeside;
   Volume<float> volume = image_of(image, [&](const Vec3& p) { return along_z(p, kWide); });
   image.lumen = 1100.0;
   const Volume<float> plaque = image_of(image, [&](const Vec3& p) {
@@ -165,7 +166,7 @@ TEST(Plaque, BesideATightThroatIsKnown) {
             kHealthy - 0.5 * (1.0 + std::cos(units::kPi * t)) * (kHealthy - kThroat);
         const bool is_grain = std::hypot(p.x - kThroat - 0.8 * kGrain, p.y, p.z) < kGrain;
         if (off < lumen)
-          fine.at(i, j, k) = float(kBlood);
+          fine.at(i, j, k) = float(kBloodBeside);
         else if (is_grain)
           fine.at(i, j, k) = 900.0f;
         else if (off < lumen + kWall)
@@ -178,7 +179,7 @@ TEST(Plaque, BesideATightThroatIsKnown) {
 TEST(Plaque, IsToldByBloodsOwnLevelWhereThatIsKnown) {
   const Volume<float> volume = image_with({});
   std::vector<detail::TubeAxis> axes = detail::find_tube_axes(volume);
-  detail::TubeAxis dark{kRadius, {}, kVoxel, {}, {}};
+  detail::TubeAxis dark{kVesselRadius, {}, kVoxel, {}, {}};
   for (std::size_t v = 0; v < 3000; ++v) {
     dark.voxels.push_back(v);
     dark.intensity.push_back(volume.values[v]);
@@ -186,7 +187,7 @@ TEST(Plaque, IsToldByBloodsOwnLevelWhereThatIsKnown) {
   }
   axes.push_back(dark);
   const auto told = testing::Contains(testing::HasSubstr("calcified plaque"));
-  const detail::BloodLevel blood{float(kBlood), float(kTissue), true};
+  const detail::BloodLevel blood{float(kBloodBeside), float(kTissue), true};
   EXPECT_THAT(detail::find_bright_objects(volume, axes, blood, {}).warnings, told);
   EXPECT_THAT(detail::find_bright_objects(volume, axes, {}, {}).warnings, testing::Not(told));
 }
@@ -197,11 +198,11 @@ TEST(Plaque, IsNoDenserVesselThatCrosses) {
   image.size = {70, 50, 70};
   image.spacing = {0.4, 0.4, 0.4};
   image.background = kTissue;
-  image.lumen = kBlood;
-  Volume<float> volume = image_of(image, [](const Vec3& p) { return along_z(p, kRadius); });
+  image.lumen = kBloodBeside;
+  Volume<float> volume = image_of(image, [](const Vec3& p) { return along_z(p, kVesselRadius); });
   image.lumen = 900.0;
   const Volume<float> vein =
-      image_of(image, [](const Vec3& p) { return std::hypot(p.y - 4.2, p.z) - kRadius; });
+      image_of(image, [](const Vec3& p) { return std::hypot(p.y - 4.2, p.z) - kVesselRadius; });
   for (std::size_t v = 0; v < volume.values.size(); ++v)
     volume.values[v] = std::max(volume.values[v], vein.values[v]);
   EXPECT_FALSE(is_plaque(volume));
@@ -213,7 +214,7 @@ TEST(Plaque, IsNoPlugOfBrighterBlood) {
   image.size = {50, 50, 100};
   image.spacing = {0.4, 0.4, 0.4};
   image.background = kTissue;
-  image.lumen = kBlood;
+  image.lumen = kBloodBeside;
   Volume<float> volume = image_of(image, [&](const Vec3& p) { return along_z(p, kWide); });
   image.lumen = 900.0;
   const Volume<float> plug = image_of(

@@ -10,7 +10,7 @@
 namespace angio::segmentation {
 namespace {
 
-constexpr double kFat = -90.0, kWall = 60.0, kBlood = 400.0;  // [HU]
+constexpr double kFat = -90.0, kWall = 60.0, kBloodInFat = 400.0;  // [HU]
 
 /// A vessel along z with a wall, in fat beside muscle, as a blurred image shows it.
 /// @param shift  of all intensities: by 200 none is a Hounsfield unit's
@@ -18,7 +18,7 @@ Volume<float> vessel_in_fat(double radius, double wall, double shift = 0.0) {
   constexpr double kMuscleFrom = 5.0;  // in x [mm]
   TubeImage outer{{44, 44, 60}, {0.35, 0.35, 0.35}, kWall + shift, kFat + shift, 0.35, 12.0, 3};
   TubeImage inner = outer;
-  inner.lumen = kBlood - kWall;
+  inner.lumen = kBloodInFat - kWall;
   inner.background = inner.noise_sd = 0.0;
   Volume<float> image = image_of(
       outer, [&](const Vec3& p) { return std::min(along_z(p, radius + wall), kMuscleFrom - p.x); });

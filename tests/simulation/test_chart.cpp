@@ -107,9 +107,10 @@ INSTANTIATE_TEST_SUITE_P(Balloons, ChartLaw, ::testing::ValuesIn(testing::charte
                          [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Chart, RestDiameterIsTheLineThroughTheFirstTwoPointsOrThePointAtZero) {
-  EXPECT_NEAR(rest_diameter_mm({{4, 2.85}, {6, 2.93}, {8, 3.0}}), 2.69, 1e-12);
-  EXPECT_NEAR(rest_diameter_mm({{0, 2.7}, {6, 2.93}}), 2.7, 1e-12);
-  EXPECT_THROW(rest_diameter_mm({{4, 2.0}, {5, 3.0}}), InputError);
+  EXPECT_NEAR(rest_diameter_mm(std::vector<ChartPoint>{{4, 2.85}, {6, 2.93}, {8, 3.0}}), 2.69,
+              1e-12);
+  EXPECT_NEAR(rest_diameter_mm(std::vector<ChartPoint>{{0, 2.7}, {6, 2.93}}), 2.7, 1e-12);
+  EXPECT_THROW(rest_diameter_mm(std::vector<ChartPoint>{{4, 2.0}, {5, 3.0}}), InputError);
 }
 
 TEST(Chart, IsStraightBetweenItsPointsAndSilentOutside) {

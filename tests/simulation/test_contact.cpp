@@ -165,13 +165,13 @@ TEST(Candidates, AreAllThatBruteForceFinds) {
 }
 
 // A step's view of the tubes, with candidates found at the start positions.
-struct Search {
+struct PairSearch {
   TubeInTube t;
   HostMemory memory;
   StepView<double> view = make_view<double>(t.scene, {}, memory);
   StepStatus status;
 
-  explicit Search(double reach, double travel) {
+  explicit PairSearch(double reach, double travel) {
     const CandidateSet set =
         index_candidates(start().size(), find_candidates(t.scene, start(), reach), reach);
     const std::size_t count = set.candidates.size();
@@ -207,7 +207,7 @@ struct Search {
 };
 
 TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
-  Search search(0.9, 0.1);
+  PairSearch search(0.9, 0.1);
   std::mt19937 random(7);
   for (int v = 0; v < search.t.scene.vertex_count(); ++v)
     search.view.motion.x[v] += 0.07 * random_point(random);
@@ -230,7 +230,7 @@ TEST(SearchPairs, NamesTheCandidatesThatAreNearAfterAMotion) {
 
 TEST(SearchPairs, AsksForNewCandidatesWhenBalloonAndWallHaveGoneTooFarTogether) {
   const double reach = 0.9, travel = 0.1;
-  Search search(reach, travel);
+  PairSearch search(reach, travel);
   const double room = reach - search.view.contact.law.range - 2.0 * travel;
   search.view.motion.x[3].z += 0.3 * room;
   search.view.motion.x[search.t.scene.bodies.wall().first].z += 0.69 * room;
@@ -240,7 +240,7 @@ TEST(SearchPairs, AsksForNewCandidatesWhenBalloonAndWallHaveGoneTooFarTogether) 
 }
 
 // Presses balloon and wall together as far as they let themselves be.
-void press_together(Search& search) {
+void press_together(PairSearch& search) {
   Vec3* x = search.view.motion.x;
   for (int round = 0; round < 200; ++round) {
     ASSERT_TRUE(search.run());
@@ -256,7 +256,7 @@ void press_together(Search& search) {
 }
 
 TEST(SearchPairs, NoNumberOfMotionsUsesUpAGap) {
-  Search search(0.9, 0.05);
+  PairSearch search(0.9, 0.05);
   press_together(search);
   double least = 1e9;
   for (const NearPair<double>& pair : search.pairs()) least = std::min(least, pair.gap_searched);
@@ -267,7 +267,7 @@ TEST(SearchPairs, NoNumberOfMotionsUsesUpAGap) {
 
 TEST(SearchPairs, NoMotionWithinItsBoundsMakesAPairCross) {
   const double travel = 0.2;
-  Search search(0.9, travel);
+  PairSearch search(0.9, travel);
   ASSERT_TRUE(search.run());
   const std::vector<Vec3> start = search.start();
   Vec3* x = search.view.motion.x;
@@ -300,7 +300,7 @@ TEST(SearchPairs, NoMotionWithinItsBoundsMakesAPairCross) {
 // Where a gap is a thousandth of the edges, corners that slide by as much part by their old
 // weights, while the surfaces do not.
 TEST(PairForces, OfADeepPairAreThoseOfItsDistanceNow) {
-  Search search(0.9, 0.05);
+  PairSearch search(0.9, 0.05);
   press_together(search);
   CpuTeam::Shared shared;
   CpuTeam team(0, 1, shared);
@@ -343,7 +343,7 @@ double take_down_contact(const StepView<double>& view, CpuTeam& team) {
 }
 
 TEST(ContactJump, IsAllThatWasCarriedWhereSurfacesPart) {
-  Search search(0.9, 0.05);
+  PairSearch search(0.9, 0.05);
   press_together(search);
   CpuTeam::Shared shared;
   CpuTeam team(0, 1, shared);
@@ -358,7 +358,7 @@ TEST(ContactJump, IsAllThatWasCarriedWhereSurfacesPart) {
 }
 
 TEST(RunSweeps, DoNotEndWhereContactIsNotWhatTheyHaveSeen) {
-  Search search(0.9, 0.05);
+  PairSearch search(0.9, 0.05);
   press_together(search);
   CpuTeam::Shared shared;
   CpuTeam team(0, 1, shared);

@@ -49,7 +49,8 @@ SimulationOptions quick(double peak_atm) {
   return options;
 }
 
-std::vector<SimulationFrame> run(const SimulationModel& model, const SimulationOptions& options) {
+std::vector<SimulationFrame> frames_of(const SimulationModel& model,
+                                       const SimulationOptions& options) {
   std::vector<SimulationFrame> frames;
   simulate(model, options, [&](const SimulationFrame& f) { frames.push_back(f); });
   return frames;
@@ -113,9 +114,9 @@ SimulationModel free_balloon() {
 TEST(Guidewire, InAStraightBalloonItStaysAndChangesNothing) {
   const SimulationModel model = free_balloon();
   SimulationOptions options = quick(8.0);
-  const auto with = run(model, options);
+  const auto with = frames_of(model, options);
   options.guidewire.model = GuidewireModel::none;
-  const auto without = run(model, options);
+  const auto without = frames_of(model, options);
   ASSERT_EQ(with.size(), without.size());
   for (std::size_t f = 0; f < with.size(); ++f) {
     EXPECT_EQ(without[f].guidewire.size(), kNodes);  // drawn
@@ -132,7 +133,7 @@ TEST(Guidewire, AnEmptiedBalloonLiesOnTheShaftAndNeverInIt) {
   SimulationOptions options = quick(6.0);
   options.inflation.control = InflationControl::pressure;
   options.inflation.deflate_pressure_atm = -0.5;
-  const auto frames = run(model, options);
+  const auto frames = frames_of(model, options);
   for (const SimulationFrame& frame : frames)
     EXPECT_GT(clearance(model, frame), 0.0) << frame.frame;
   EXPECT_LT(clearance(model, frames.back()), options.contact.distance_mm);
@@ -146,7 +147,7 @@ TEST(Guidewire, BentIntoAnArcItStaysInside) {
   bend(15.0, model);
   SimulationOptions options = quick(2.0);
   options.inflation.inflate_s = options.inflation.deflate_s = 0.1;
-  for (const SimulationFrame& frame : run(model, options)) {
+  for (const SimulationFrame& frame : frames_of(model, options)) {
     EXPECT_GT(clearance(model, frame), 0.0) << frame.frame;
     for (std::size_t i = 0; i < kNodes; ++i)
       EXPECT_LT(distance(frame.guidewire[i], model.guidewire[i]), 0.2) << frame.frame << ' ' << i;
@@ -162,7 +163,7 @@ TEST(Guidewire, InABendItsFramesAreInBalanceFromTheFirstOn) {
   options.inflation.inflate_s = 0.1;
   options.inflation.deflate_s = 0.025;
   options.inflation.hold_s = options.inflation.rest_s = 0.0;
-  const auto frames = run(model, options);
+  const auto frames = frames_of(model, options);
   ASSERT_GT(frames.size(), 2U);
   EXPECT_LE(frames[1].residual, detail::kLaterResidual);
   for (const SimulationFrame& frame : frames)
@@ -174,7 +175,7 @@ TEST(Guidewire, AFreeTipGoesForwardAsTheBalloonFills) {
   const SimulationModel model = free_balloon();
   SimulationOptions options = quick(8.0);
   options.guidewire.tip = GuidewireTip::free;
-  const auto frames = run(model, options);
+  const auto frames = frames_of(model, options);
   const auto peak = std::max_element(
       frames.begin(), frames.end(),
       [](const auto& a, const auto& b) { return a.pressure_atm < b.pressure_atm; });
@@ -192,7 +193,7 @@ TEST(Guidewire, AFreeTipGoesForwardAsTheBalloonFills) {
 TEST(Guidewire, NeedsNodesToBend) {
   SimulationModel model = free_balloon();
   model.guidewire = {model.guidewire.front(), model.guidewire.back()};
-  EXPECT_THROW(run(model, quick(8.0)), InputError);
+  EXPECT_THROW(frames_of(model, quick(8.0)), InputError);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ TEST(WireTrack, OfASinglePointCarriesNothing) {
   EXPECT_EQ(track.carried({2, 2, 2}, 3.0), (Vec3{2, 2, 2}));
 }
 
-SimulationOptions quick() {
+SimulationOptions quick_on_a_wire() {
   SimulationOptions options;
   options.frame_s = 0.04;
   options.inflation.inflate_s = 1.2;
@@ -70,7 +70,7 @@ double mean_z(const std::vector<Vec3>& points) {
 }
 
 TEST(LiveSimulation, ReachesThePressureThatIsAskedForAndNoMore) {
-  LiveSimulation live(on_a_wire(), quick());
+  LiveSimulation live(on_a_wire(), quick_on_a_wire());
   double before = live.frame().balloon_volume_mm3;
   EXPECT_NEAR(live.frame().pressure_atm, 0.0, 1e-9);
   for (int i = 0; i < 60; ++i) {
@@ -87,7 +87,7 @@ TEST(LiveSimulation, ReachesThePressureThatIsAskedForAndNoMore) {
 }
 
 TEST(LiveSimulation, HoldsAndLetsDown) {
-  LiveSimulation live(on_a_wire(), quick());
+  LiveSimulation live(on_a_wire(), quick_on_a_wire());
   const double start = live.frame().balloon_volume_mm3;
   for (int i = 0; i < 60; ++i) live.step({3.0, 0.0});
   const double full = live.frame().balloon_volume_mm3;
@@ -102,7 +102,7 @@ TEST(LiveSimulation, HoldsAndLetsDown) {
 }
 
 TEST(LiveSimulation, MovesTheDeflatedBalloonRigidlyOnAStraightWire) {
-  LiveSimulation live(on_a_wire(), quick());
+  LiveSimulation live(on_a_wire(), quick_on_a_wire());
   const std::vector<Vec3> start = live.frame().balloon;
   EXPECT_NEAR(live.least_place_mm(), -5.5, 1e-9);  // from the wire's end to the balloon's
   EXPECT_NEAR(live.most_place_mm(), 3.5, 1e-9);
@@ -115,7 +115,7 @@ TEST(LiveSimulation, MovesTheDeflatedBalloonRigidlyOnAStraightWire) {
 }
 
 TEST(LiveSimulation, IsStuckWhereTheFullBalloonFillsTheThroat) {
-  LiveSimulation live(on_a_wire(), quick());
+  LiveSimulation live(on_a_wire(), quick_on_a_wire());
   for (int i = 0; i < 80; ++i) live.step({6.0, 0.0});
   bool was_stuck = false;
   for (int i = 0; i < 40; ++i) {
@@ -127,7 +127,7 @@ TEST(LiveSimulation, IsStuckWhereTheFullBalloonFillsTheThroat) {
 }
 
 TEST(LiveSimulation, GivesTheSameFramesEachTime) {
-  LiveSimulation a(on_a_wire(), quick()), b(on_a_wire(), quick());
+  LiveSimulation a(on_a_wire(), quick_on_a_wire()), b(on_a_wire(), quick_on_a_wire());
   for (int i = 0; i < 30; ++i) {
     const LiveAim aim{i < 20 ? 2.0 : 0.5, i < 10 ? 0.0 : 0.3};
     a.step(aim);

@@ -25,7 +25,7 @@ struct Case {
   bool relaxed;
 };
 
-class MembraneTerm : public ::testing::TestWithParam<std::tuple<Case, bool>> {
+class MembraneElement : public ::testing::TestWithParam<std::tuple<Case, bool>> {
  protected:
   const Case& shape() const { return std::get<0>(GetParam()); }
   Element<double> element() const { return stretched(shape().l1, shape().l2, shape().aspect, 7u); }
@@ -35,7 +35,7 @@ class MembraneTerm : public ::testing::TestWithParam<std::tuple<Case, bool>> {
   }
 };
 
-TEST_P(MembraneTerm, GradientAndHessianAgreeWithFiniteDifferencesTo1e6) {
+TEST_P(MembraneElement, GradientAndHessianAgreeWithFiniteDifferencesTo1e6) {
   const Element<double> t = element();
   const Whole<long double> numeric = differences(t, law<long double>());
   // Rest and slack have no force of their own: 1e-3 of the scale stands for it.
@@ -51,7 +51,7 @@ TEST_P(MembraneTerm, GradientAndHessianAgreeWithFiniteDifferencesTo1e6) {
   }
 }
 
-TEST_P(MembraneTerm, VertexBlockIsTheHessiansWithoutItsNegativePart) {
+TEST_P(MembraneElement, VertexBlockIsTheHessiansWithoutItsNegativePart) {
   const Element<double> t = element();
   for (int v = 0; v < 3; ++v) {
     const VertexTerm<double> at = term(t, v, law<double>());
@@ -75,7 +75,7 @@ TEST_P(MembraneTerm, VertexBlockIsTheHessiansWithoutItsNegativePart) {
   }
 }
 
-TEST_P(MembraneTerm, ExertsNoNetForceAndNoTorque) {
+TEST_P(MembraneElement, ExertsNoNetForceAndNoTorque) {
   const Element<double> t = element();
   Vec3 force, torque;
   for (int v = 0; v < 3; ++v) {
@@ -87,7 +87,7 @@ TEST_P(MembraneTerm, ExertsNoNetForceAndNoTorque) {
   EXPECT_LT(norm(torque), 1e-10 * force_scale(shape().aspect));
 }
 
-TEST_P(MembraneTerm, TurnsWithTheTriangle) {
+TEST_P(MembraneElement, TurnsWithTheTriangle) {
   const Element<double> t = element();
   const double c = std::cos(1.1), s = std::sin(1.1);
   const auto turned = [&](const Vec3& p) {  // about z, then about x
@@ -104,7 +104,7 @@ TEST_P(MembraneTerm, TurnsWithTheTriangle) {
         1e-10 * force_scale(shape().aspect));
 }
 
-TEST_P(MembraneTerm, LooksTheSameFromEachCorner) {
+TEST_P(MembraneElement, LooksTheSameFromEachCorner) {
   const Element<double> t = element();
   for (int v = 1; v < 3; ++v)
     EXPECT_NEAR(energy(t, law<double>(), v), energy(t, law<double>()),
@@ -112,7 +112,7 @@ TEST_P(MembraneTerm, LooksTheSameFromEachCorner) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Regimes, MembraneTerm,
+    Regimes, MembraneElement,
     ::testing::Combine(
         ::testing::Values(
             Case{"rest", 1.0, 1.0, 1.0, false}, Case{"taut", 1.3, 1.1, 1.0, false},
