@@ -24,6 +24,7 @@ constexpr float kObjectExcess = 0.5f;     ///< that an object must reach
 constexpr double kTubeShare = 0.5;        ///< of an object's extent with an axis in it: a vessel
 constexpr double kPlaqueQuantile = 0.75;  ///< plaque may lie along a quarter of the vessels
 constexpr std::size_t kLeastObjectVoxels = 27;
+constexpr double kLeastPlaque = 1.0;  ///< [mm^3]; what is less hides nothing of a throat
 
 /// Of the tubes of a volume.
 struct TubeLevel {
@@ -82,7 +83,8 @@ std::vector<Extent> extents_of(const Components& pieces, const VolumeGeometry& g
 
 /// Which pieces of the bright voxels are large and bright enough to be something.
 std::vector<bool> bright_among(const Components& pieces, const Volume<float>& denoised,
-                               float least_peak, const SegmentationOptions& options) {
+                               float least_peak, double least_mm3,
+                               const SegmentationOptions& options) {
   const VolumeGeometry& grid = denoised.geometry;
   std::vector<float> peak(pieces.voxel_count.size(), -1e30f);
   for (std::size_t v = 0; v < pieces.label.size(); ++v)
@@ -93,7 +95,7 @@ std::vector<bool> bright_among(const Components& pieces, const Volume<float>& de
   std::vector<bool> is_bright(peak.size(), false);
   for (std::size_t p = 1; p < peak.size(); ++p)
     is_bright[p] = peak[p] >= least_peak && pieces.voxel_count[p] >= kLeastObjectVoxels &&
-                   double(pieces.voxel_count[p]) * voxel_volume(grid) >= options.min_component_mm3;
+                   double(pieces.voxel_count[p]) * voxel_volume(grid) >= least_mm3;
   for (const Vec3& seed : options.seeds_lps_mm)
     if (const auto v = voxel_at(grid, seed)) is_bright[std::size_t(pieces.label[*v])] = false;
   return is_bright;
@@ -131,7 +133,7 @@ struct BrightPieces {
 };
 
 BrightPieces find_bright_pieces(const Volume<float>& denoised, const TubeLevel& level,
-                                const SegmentationOptions& options) {
+                                double least_mm3, const SegmentationOptions& options) {
   const float least_peak = level.lumen + kObjectExcess * level.contrast;
   if (*std::max_element(denoised.values.begin(), denoised.values.end()) < least_peak) return {};
   Volume<std::uint8_t> mask(denoised.geometry);
@@ -139,7 +141,7 @@ BrightPieces find_bright_pieces(const Volume<float>& denoised, const TubeLevel& 
     mask.values[v] = denoised.values[v] > level.lumen + kCoreExcess * level.contrast;
   BrightPieces bright{label_components(mask, Connectivity::faces), {}, {}};
   bright.extents = extents_of(bright.pieces, denoised.geometry);
-  bright.is_something = bright_among(bright.pieces, denoised, least_peak, options);
+  bright.is_something = bright_among(bright.pieces, denoised, least_peak, least_mm3, options);
   return bright;
 }
 
@@ -183,14 +185,14 @@ BrightObjects find_bright_objects(const Volume<float>& volume, const std::vector
   level = known.is_told ? TubeLevel{known.lumen, known.contrast()}
                         : tube_level(axes, denoised, kPlaqueQuantile, typical_contrast(axes));
   const PlaqueLevel blood{level.lumen, level.contrast, known.is_told};
-  const BrightPieces in_vessels = find_bright_pieces(denoised, level, options);
+  const BrightPieces in_vessels = find_bright_pieces(denoised, level, kLeastPlaque, options);
   std::vector<VoxelBox> boxes;
   for (const Extent& extent : in_vessels.extents) boxes.push_back(extent.box());
   const std::vector<bool> is_plaque =
       find_plaque(in_vessels.pieces, boxes, in_vessels.is_something, axes, denoised, blood);
 
   level = tube_level(axes, denoised);
-  BrightPieces bright = find_bright_pieces(denoised, level, options);
+  BrightPieces bright = find_bright_pieces(denoised, level, options.min_component_mm3, options);
   for (std::size_t v = 0; v < in_vessels.pieces.label.size(); ++v)
     if (!bright.is_something.empty() && is_plaque[std::size_t(in_vessels.pieces.label[v])])
       bright.is_something[std::size_t(bright.pieces.label[v])] = false;

@@ -21,13 +21,14 @@ constexpr double kVesselRadius = 2.0, kHalfLength = 5.0, kVoxel = 0.4;  // mm
 
 struct Plaque {
   double intensity = 1100.0;
-  double rest = 0.5;         ///< of the radius that is left in the middle
-  bool is_one_sided = true;  ///< or all around
+  double rest = 0.5;                 ///< of the radius that is left in the middle
+  bool is_one_sided = true;          ///< or all around
+  double half_length = kHalfLength;  ///< [mm]
 };
 
 /// The lumen's radius along the vessel.
 double lumen_radius(const Plaque& plaque, double z) {
-  const double t = z / kHalfLength;
+  const double t = z / plaque.half_length;
   const double share = std::abs(t) < 1.0 ? 0.5 * (1.0 + std::cos(units::kPi * t)) : 0.0;
   return kVesselRadius * (1.0 - share * (1.0 - plaque.rest));
 }
@@ -85,6 +86,11 @@ TEST(Plaque, OnOneSideIsNoLumen) {
   expect_true_lumen({.rest = 0.4});
   expect_true_lumen({.intensity = 900.0});
   expect_true_lumen({.intensity = 1500.0});
+}
+
+TEST(Plaque, OfAFewCubicMillimetresIsNoLumen) {
+  expect_true_lumen({.rest = 0.75, .half_length = 0.6});
+  expect_true_lumen({.rest = 0.75, .half_length = 0.8});
 }
 
 TEST(Plaque, AllAroundIsNoLumen) {
