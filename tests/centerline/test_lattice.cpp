@@ -125,7 +125,8 @@ TEST(Lattice, OfASmoothSurfaceIsNotSeenOutOfItsAxes) {
 }
 
 TEST(Lattice, IsNoneOfSurfacesOfOtherMaking) {
-  EXPECT_FALSE(find_lattice(tests::make_tube(1.5, 40.0, 100, 24)));  // its rings are a grid along z alone
+  EXPECT_FALSE(
+      find_lattice(tests::make_tube(1.5, 40.0, 100, 24)));  // its rings are a grid along z alone
   EXPECT_FALSE(find_lattice(turned(tests::make_tube(1.5, 40.0, 100, 24), 30.0)));
   EXPECT_FALSE(find_lattice(make_torus(8.0, 1.5, 160, 24)));
   EXPECT_FALSE(find_lattice(make_sphere({1.0, 2.0, 3.0}, 5.0, 5)));

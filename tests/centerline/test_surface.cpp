@@ -71,7 +71,7 @@ TEST(PolarBias, IsNothingOnACircleAndTheVarianceOverTheDistanceOnAFlatWall) {
 }
 
 TEST(ExtractFromSurface, MeasuresAClosedTube) {
-  const auto mesh = make_elliptic_tube(30, 101, 96, constant(1.5), test::constant(1.5), true);
+  const auto mesh = make_elliptic_tube(30, 101, 96, constant(1.5), constant(1.5), true);
   ASSERT_GT(enclosed_volume(mesh), 0.0);
   const auto result = extract_centerline(mesh, {});
   ASSERT_EQ(result.tree.paths.size(), 1U);
@@ -112,7 +112,7 @@ TEST(ExtractFromSurface, BeginsAtTheWiderRimThoughTheVesselIsNarrowedThere) {
 }
 
 TEST(ExtractFromSurface, DoesNotCareHowTheTrianglesAreTurnedOrShared) {
-  TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), test::constant(1.5), true);
+  TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), constant(1.5), true);
   const auto reference = extract_centerline(mesh, {});
   TriangleMesh soup;  // as an STL file has it, inside out
   for (const Triangle& t : mesh.triangles) {
@@ -126,7 +126,7 @@ TEST(ExtractFromSurface, DoesNotCareHowTheTrianglesAreTurnedOrShared) {
 }
 
 TEST(ExtractFromSurface, EndsAtTheCapsOfARoughWall) {
-  TriangleMesh mesh = make_elliptic_tube(20, 81, 40, constant(1.5), test::constant(1.5), true);
+  TriangleMesh mesh = make_elliptic_tube(20, 81, 40, constant(1.5), constant(1.5), true);
   std::mt19937 random(8);
   std::uniform_real_distribution<double> off(0.96, 1.04);
   for (Vec3& v : mesh.vertices) {  // within the caps' planes
@@ -151,7 +151,7 @@ TEST(ExtractFromSurface, RefusesAFlatOne) {
 }
 
 TEST(ExtractFromSurface, TurnsTrianglesAlikeAndJoinsWhatWasRoundedApart) {
-  const TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), test::constant(1.5), false);
+  const TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), constant(1.5), false);
   std::mt19937 random(4);
   std::uniform_real_distribution<double> rounding(-1e-6, 1e-6);
   TriangleMesh soup;
@@ -169,7 +169,7 @@ TEST(ExtractFromSurface, TurnsTrianglesAlikeAndJoinsWhatWasRoundedApart) {
 }
 
 TEST(ExtractFromSurface, RefusesBrokenNumbers) {
-  TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), test::constant(1.5), false);
+  TriangleMesh mesh = make_elliptic_tube(20, 61, 32, constant(1.5), constant(1.5), false);
   mesh.triangles[5][1] = 1000000;
   EXPECT_THROW(extract_centerline(mesh, {}), InputError);
   mesh.triangles.erase(mesh.triangles.begin() + 5);
@@ -198,7 +198,7 @@ TEST(ExtractFromSurface, BloodComesInByAClosedTrunkThatIsWiderThanTheOpenEnds) {
 
 TEST(MeasureLumen, KnowsAnEllipse) {
   // Inscribed circle: the short half axis. Area: pi a b.
-  const auto mesh = make_elliptic_tube(20, 61, 96, constant(1.8), test::constant(1.2), true);
+  const auto mesh = make_elliptic_tube(20, 61, 96, constant(1.8), constant(1.2), true);
   const auto path = extract_centerline(mesh, {}).tree.paths[0];
   const LumenProfile profile = measure_lumen(mesh, path, 5.0, 15.0);
   ASSERT_GT(profile.abscissa.size(), 10U);
@@ -214,7 +214,7 @@ TEST(MeasureLumen, SeesADilatedVesselOnTheOldLine) {
   // Edges of a third of the radius, as the lumen mesh has them.
   const auto before = make_elliptic_tube(30, 61, 19, stenosed, stenosed, false);
   const auto path = extract_centerline(before, {}).tree.paths[0];
-  TriangleMesh after = make_elliptic_tube(30, 61, 19, constant(1.5), test::constant(1.5), false);
+  TriangleMesh after = make_elliptic_tube(30, 61, 19, constant(1.5), constant(1.5), false);
   for (Vec3& p : after.vertices) p.x += 0.3;  // and pushed aside
   const LumenProfile profile = measure_lumen(after, path, 3.0, 27.0);
   // The vertices are on the wall, so the lumen is the circle through them and not the polygon.
@@ -233,7 +233,7 @@ TEST(MeasureLumen, SeesAThroatThatWasOpenedTenfold) {
   }
   path.abscissa = arc_length(path.points);
   path.equivalent_radius = path.inscribed_radius;
-  const auto opened = make_elliptic_tube(30, 61, 19, constant(1.5), test::constant(1.5), false);
+  const auto opened = make_elliptic_tube(30, 61, 19, constant(1.5), constant(1.5), false);
   const LumenProfile profile = measure_lumen(opened, path, 3.0, 27.0);
   const auto is_asked_for = [](double s) { return s >= 3.0 && s <= 27.0; };
   ASSERT_EQ(std::ptrdiff_t(profile.abscissa.size()),
@@ -294,7 +294,7 @@ TEST(MeasureLumen, AgreesWithTheLineItself) {
 }
 
 TEST(MeasureLumen, OfAFlatVesselDoesNotDependOnALineThatWandersAlongIt) {
-  const auto mesh = make_elliptic_tube(30, 121, 64, constant(1.8), test::constant(0.6), false);
+  const auto mesh = make_elliptic_tube(30, 121, 64, constant(1.8), constant(0.6), false);
   CenterlinePath path;
   for (int i = 0; i <= 120; ++i) {
     const double z = 0.25 * i;
