@@ -24,7 +24,9 @@ constexpr float kObjectExcess = 0.5f;     ///< that an object must reach
 constexpr double kTubeShare = 0.5;        ///< of an object's extent with an axis in it: a vessel
 constexpr double kPlaqueQuantile = 0.75;  ///< plaque may lie along a quarter of the vessels
 constexpr std::size_t kLeastObjectVoxels = 27;
-constexpr double kLeastPlaque = 1.0;  ///< [mm^3]; what is less hides nothing of a throat
+/// [mm^3]: a millimetre of the least section that counts (1 mm^2: Agatston et al., JACC 15(4),
+/// 1990).
+constexpr double kLeastPlaque = 1.0;
 
 /// Of the tubes of a volume.
 struct TubeLevel {

@@ -323,22 +323,22 @@ TEST(Batch, ResumesByContent) {
   const std::string options = kSmallRun.substr(kSmallRun.find("--preset"));
   const std::string batch = "batch '" + folder / "m.csv" + "' -o '" + folder / "out" + "' " +
                             options.substr(0, options.find("balloon.length_mm=3")) +
-                            options.substr(options.find("balloon.ring_count")) + "--until meshing";
+                            options.substr(options.find("balloon.ring_count"));
   manifest("3");
   ASSERT_EQ(run_program(batch).exit_code, 0);
   const fs::path kept = folder.path() / "out/kept", other = folder.path() / "out/other";
-  const double first = seconds_of(kept, "meshing"), second = seconds_of(other, "meshing");
+  const double first = seconds_of(kept, "report"), second = seconds_of(other, "report");
   ASSERT_EQ(run_program(batch + " --resume").exit_code, 0);
-  EXPECT_EQ(seconds_of(other, "meshing"), second);
+  EXPECT_EQ(seconds_of(other, "report"), second);
   manifest("2");
   ASSERT_EQ(run_program(batch + " --resume").exit_code, 0);
-  EXPECT_EQ(seconds_of(kept, "meshing"), first);
-  EXPECT_NE(seconds_of(other, "meshing"), second);
+  EXPECT_EQ(seconds_of(kept, "report"), first);
+  EXPECT_NE(seconds_of(other, "report"), second);
   EXPECT_EQ(read_json_file(other / "metrics.json").at("balloon").at("length_mm"), 2.0);
   // Another input in the same row.
   manifest("2", "60");
   ASSERT_EQ(run_program(batch + " --resume").exit_code, 0);
-  EXPECT_EQ(seconds_of(kept, "meshing"), first);
+  EXPECT_EQ(seconds_of(kept, "report"), first);
   EXPECT_NE(read_json_file(other / "run.json").at("input").at("sha256"),
             read_json_file(kept / "run.json").at("input").at("sha256"));
 }

@@ -14,12 +14,12 @@
 namespace angio::simulation::detail {
 namespace {
 
-constexpr double kLength = 12.0, kWireRadius = 0.4;
+constexpr double kLength = 12.0, kBalloonRadius = 0.4;
 constexpr int kFrames = 40;
 
 SimulationModel wired_balloon() {
   SimulationModel model;
-  model.balloon = testing::closed_tube(kLength, 30, 16, [](double) { return kWireRadius; });
+  model.balloon = testing::closed_tube(kLength, 30, 16, [](double) { return kBalloonRadius; });
   for (int i = 0; i < 24; ++i) model.guidewire.push_back({0, 0, kLength * (i / 23.0 - 0.5)});
   return model;
 }
@@ -98,7 +98,7 @@ TEST(DrawnWire, LiesMidwayBetweenTwoLayers) {
   });
   for (const Vec3& p : nodes) {
     if (std::abs(p.z) < 2.0) {
-      EXPECT_NEAR(p.x, kAside, 0.5 * kFlat * kWireRadius) << p.z;
+      EXPECT_NEAR(p.x, kAside, 0.5 * kFlat * kBalloonRadius) << p.z;
     }
   }
 }
@@ -133,10 +133,10 @@ TEST(DrawnWire, RoundsTheCornersOfABalloonThatIsPushedAside) {
   const SimulationModel model = wired_balloon();
   const auto nodes = followed(model, [](const Vec3& p, double s) {
     const double u = std::clamp((std::abs(p.z) - 1.0) / 1.6, 0.0, 1.0);
-    return Vec3{p.x + 4.0 * kWireRadius * s * (1.0 - u * u * (3.0 - 2.0 * u)), p.y, p.z};
+    return Vec3{p.x + 4.0 * kBalloonRadius * s * (1.0 - u * u * (3.0 - 2.0 * u)), p.y, p.z};
   });
   EXPECT_LT(sharpest_turn(nodes), 30.0);
-  EXPECT_GT(nodes[12].x, 3.0 * kWireRadius);
+  EXPECT_GT(nodes[12].x, 3.0 * kBalloonRadius);
 }
 
 // As between the walls of a throat that lies beside the line of its vessel. The gaps are to the
