@@ -17,6 +17,7 @@
 #include "segmentation/detail/label_lumen.hpp"
 #include "segmentation/detail/label_map.hpp"
 #include "segmentation/detail/plausibility.hpp"
+#include "segmentation/detail/seeds.hpp"
 #include "segmentation/detail/thin_vessels.hpp"
 #include "segmentation/detail/vessel_image.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
@@ -135,6 +136,34 @@ void refuse_what_is_no_vessel(const Volume<std::uint8_t>& mask, const VolumeGeom
   if (!has_seeds) detail::refuse_crumb(mask, scanned);
 }
 
+/// What may be vessel, and those that are.
+struct Vessels {
+  detail::VesselImage image;
+  detail::VesselTree tree;
+};
+
+/// Where bone is taken for blood, a seed lies in nothing: what is too bright beside it goes then.
+Vessels find_vessels(const Volume<float>& scanned, const SegmentationOptions& options,
+                     const Progress& progress) {
+  const auto find = [&](std::vector<detail::TubeAxis> axes) {
+    Vessels vessels;
+    vessels.image =
+        detail::find_vessel_image(scanned, std::move(axes), options, part(progress, 0.0, 0.1));
+    const Volume<float>& without = vessels.image.without;
+    vessels.tree =
+        detail::find_vessel_tree(without.values.empty() ? scanned : without, vessels.image.level,
+                                 vessels.image.trunks, options, progress);
+    return vessels;
+  };
+  progress.report(0.0, "finding tubes");
+  const std::vector<detail::TubeAxis> axes = detail::find_tube_axes(scanned);
+  try {
+    return find(axes);
+  } catch (const detail::SeedInNoVessel&) {
+    return find(detail::axes_of_seeds(axes, scanned.geometry, options.seeds_lps_mm));
+  }
+}
+
 Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions& options,
                          const Progress& progress) {
   if (const std::vector<Label> labels = detail::find_labels(scanned); !labels.empty())
@@ -142,10 +171,8 @@ Segmentation segment_all(const Volume<float>& scanned, const SegmentationOptions
   if (!options.labels.empty())
     throw InputError(
         "segmentation.labels is set, but the volume is an image and no label map. Leave it out");
-  detail::VesselImage image = detail::find_vessel_image(scanned, options, part(progress, 0.0, 0.1));
+  auto [image, tree] = find_vessels(scanned, options, progress);
   const Volume<float>& volume = image.without.values.empty() ? scanned : image.without;
-  detail::VesselTree tree =
-      detail::find_vessel_tree(volume, image.level, image.trunks, options, progress);
 
   const bool has_seeds = !options.seeds_lps_mm.empty();
   if (!has_seeds)  // before minutes go into its boundary

@@ -22,12 +22,10 @@ struct LpsBox {
 };
 
 struct SegmentationOptions {
-  double smallest_radius_mm = 0.4;  ///< thinnest vessel looked for, [0.1, 20]
-  double largest_radius_mm = 6.0;   ///< widest vessel looked for by shape, [0.2, 30]
-  int scale_count = 4;              ///< scales of the vessel enhancement, [1, 8]
-  /// Points inside the vessel [mm], which tell the brightness of its blood, too; empty: found
-  /// automatically.
-  std::vector<Vec3> seeds_lps_mm;
+  double smallest_radius_mm = 0.4;      ///< thinnest vessel looked for, [0.1, 20]
+  double largest_radius_mm = 6.0;       ///< widest vessel looked for by shape, [0.2, 30]
+  int scale_count = 4;                  ///< scales of the vessel enhancement, [1, 8]
+  std::vector<Vec3> seeds_lps_mm;       ///< points inside the vessel; empty: found automatically
   std::optional<double> intensity_min;  ///< lowest intensity of the lumen; unset: automatic
   std::optional<double> intensity_max;  ///< highest intensity of the lumen; unset: automatic
   bool exclude_bone = true;  ///< keeps bones and organs out that are no vessels by what is inside,

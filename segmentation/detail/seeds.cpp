@@ -3,48 +3,37 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 
-#include "core/error.hpp"
 #include "segmentation/detail/format_number.hpp"
 
 namespace angio::segmentation::detail {
 namespace {
 
-/// Of a tube's contrast: contrast thins out along a tree; bone and metal beside it differ by more.
-constexpr float kAlike = 0.45f;
-
-/// On the axis of the tube that a seed lies in, else at the seed; none outside the volume.
-std::optional<float> brightness_at(const Vec3& seed, const std::vector<TubeAxis>& axes,
-                                   const Volume<float>& volume) {
-  std::optional<float> brightness;
+/// What blood may be as bright as, if the seed lies in it: its tube is not darker than half way
+/// from tissue to that. None where the seed lies in no tube of full profile.
+std::optional<float> brightest_beside(const Vec3& seed, const std::vector<TubeAxis>& axes,
+                                      const VolumeGeometry& grid) {
+  std::optional<float> brightest;
   double nearest = 1.0;  // radii
   for (const TubeAxis& axis : axes)
     for (std::size_t n = 0; n < axis.voxels.size(); ++n) {
-      const double away =
-          distance(place_of_voxel(volume.geometry, axis.voxels[n]), seed) / axis.radius_mm;
+      const double away = distance(place_of_voxel(grid, axis.voxels[n]), seed) / axis.radius_mm;
       if (away >= nearest) continue;
       nearest = away;
-      brightness = axis.intensity[n];
+      brightest = axis.intensity[n] + axis.contrast[n];
     }
-  if (brightness) return brightness;
-  const auto at = voxel_at(volume.geometry, seed);
-  return at ? std::optional(volume.values[*at]) : std::nullopt;
+  return brightest;
 }
 
 }  // namespace
 
-std::vector<TubeAxis> axes_at_seeds(std::vector<TubeAxis> axes, const Volume<float>& volume,
+std::vector<TubeAxis> axes_of_seeds(std::vector<TubeAxis> axes, const VolumeGeometry& grid,
                                     const std::vector<Vec3>& seeds) {
-  std::vector<float> brightness;
-  for (const Vec3& seed : seeds)
-    if (const auto here = brightness_at(seed, axes, volume)) brightness.push_back(*here);
-  std::vector<TubeAxis> alike = parts_of(axes, [&](const TubeAxis& axis, std::size_t n) {
-    return std::ranges::any_of(brightness, [&](float here) {
-      return std::abs(axis.intensity[n] - here) < kAlike * axis.contrast[n];
-    });
-  });
-  return alike.empty() ? std::move(axes) : alike;
+  std::optional<float> most;
+  for (const Vec3& seed : seeds) most = std::max(most, brightest_beside(seed, axes, grid));
+  if (!most) return axes;
+  return parts_of(axes,
+                  [&](const TubeAxis& axis, std::size_t n) { return axis.intensity[n] <= *most; });
 }
 
 std::optional<std::size_t> voxel_at(const VolumeGeometry& grid, const Vec3& place) {
@@ -78,9 +67,10 @@ int piece_at_seed(const Components& pieces, const VolumeGeometry& geometry, cons
         }
       }
   if (best == 0)
-    throw InputError(where +
-                     " lies in no vessel (nothing tubular and bright is there). Move it, or leave "
-                     "seeds out");
+    throw SeedInNoVessel(
+        where +
+        " lies in no vessel (nothing tubular and bright is there). Move it, or leave "
+        "seeds out");
   return best;
 }
 

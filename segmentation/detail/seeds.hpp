@@ -4,20 +4,28 @@
 #include <optional>
 #include <vector>
 
+#include "core/error.hpp"
 #include "core/volume.hpp"
 #include "segmentation/detail/components.hpp"
 #include "segmentation/detail/tube_axes.hpp"
 
 namespace angio::segmentation::detail {
 
+struct SeedInNoVessel : InputError {
+  using InputError::InputError;
+};
+
 /// The piece at a user's seed, or at the nearest voxel within 1 mm.
-/// @throws InputError if there is none
+/// @throws SeedInNoVessel if there is none
+/// @throws InputError if the seed lies outside the volume
 int piece_at_seed(const Components& pieces, const VolumeGeometry& geometry, const Vec3& seed);
 
-/// The places on axes that are about as bright as the tube that a seed lies in, or as the seed
-/// where it lies in none: they tell the level of the blood that the user means, however much bone
-/// there is. All places where there are no seeds, or none is so bright.
-std::vector<TubeAxis> axes_at_seeds(std::vector<TubeAxis> axes, const Volume<float>& volume,
+/// The places on axes that may be blood if the tubes that seeds lie in are: none whose contrast is
+/// over twice that of the brightest of these (intensity > intensity there + contrast there), as
+/// bone's is. All places where no seed lies in a tube; thin vessels are darker than their blood.
+///
+/// @param seeds  in LPS [mm]
+std::vector<TubeAxis> axes_of_seeds(std::vector<TubeAxis> axes, const VolumeGeometry& grid,
                                     const std::vector<Vec3>& seeds);
 
 /// The voxel that a place in LPS [mm] lies in, none if it is outside the grid.

@@ -5,18 +5,14 @@
 
 #include "segmentation/detail/bones.hpp"
 #include "segmentation/detail/bright_objects.hpp"
-#include "segmentation/detail/seeds.hpp"
 #include "segmentation/detail/tube_axes.hpp"
 #include "segmentation/detail/vessel_tree.hpp"
 
 namespace angio::segmentation::detail {
 
-VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options,
-                              const Progress& progress) {
-  progress.report(0.0, "finding tubes");
+VesselImage find_vessel_image(const Volume<float>& scanned, std::vector<TubeAxis> axes,
+                              const SegmentationOptions& options, const Progress& progress) {
   VesselImage image;
-  std::vector<TubeAxis> axes =
-      axes_at_seeds(find_tube_axes(scanned), scanned, options.seeds_lps_mm);
   const auto present = [&]() -> const Volume<float>& {
     return image.without.values.empty() ? scanned : image.without;
   };

@@ -21,7 +21,9 @@ struct VesselImage {
 
 /// Takes out bones and organs (find_bones), then what is brighter than blood (find_bright_objects),
 /// unless the options say not to.
-VesselImage find_vessel_image(const Volume<float>& scanned, const SegmentationOptions& options,
-                              const Progress& progress);
+///
+/// @param axes  that may be blood's
+VesselImage find_vessel_image(const Volume<float>& scanned, std::vector<TubeAxis> axes,
+                              const SegmentationOptions& options, const Progress& progress);
 
 }  // namespace angio::segmentation::detail

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "segmentation/detail/components.hpp"
+#include "segmentation/detail/seeds.hpp"
 #include "segmentation/segmentation.hpp"
 #include "tests/segmentation/tube_volume.hpp"
 
@@ -182,7 +183,7 @@ TEST(SegmentVessels, TakesTheTreeOfTheSeedAndTellsOfTheRest) {
   EXPECT_THAT(refusal(volume, options), HasSubstr("outside the volume"));
 }
 
-TEST(SegmentVessels, ASeedTellsTheBrightnessOfItsVessel) {
+TEST(SegmentVessels, ASeedTellsWhatIsTooBrightForItsVessel) {
   // Beside a rod three times as bright, wider and even, as little of a skeleton is.
   TubeImage image;
   image.size = {100, 60, 60};
@@ -199,6 +200,23 @@ TEST(SegmentVessels, ASeedTellsTheBrightnessOfItsVessel) {
   EXPECT_GT(interpolate(vessel.level_set, {-6, 0, 0}), 0.0);
   EXPECT_NEAR(mean_radius(vessel.level_set, 7.07, -0.04, 5.0), 2.0, 0.06);
   EXPECT_NEAR(vessel.lumen_intensity, 400.0, 30.0);
+}
+
+TEST(AxesOfSeeds, AreThoseOfUpToTwiceTheContrastOfTheTubesThatSeedsLieIn) {
+  VolumeGeometry grid;
+  grid.size = {100, 10, 10};
+  const auto axis = [&](int x, float intensity, float contrast) {
+    return detail::TubeAxis{2.0, {grid.offset(x, 5, 5)}, 1.0, {intensity}, {contrast}};
+  };
+  const std::vector<detail::TubeAxis> axes{axis(10, 300.0f, 250.0f), axis(30, 540.0f, 490.0f),
+                                           axis(50, 560.0f, 510.0f), axis(70, 120.0f, 70.0f)};
+  EXPECT_EQ(detail::axes_of_seeds(axes, grid, {}).size(), 4u);
+  EXPECT_EQ(detail::axes_of_seeds(axes, grid, {{10, 5, 8}}).size(), 4u) << "beside its tube";
+  const auto left = detail::axes_of_seeds(axes, grid, {{11, 5, 5}});
+  ASSERT_EQ(left.size(), 3u);
+  EXPECT_EQ(left[1].intensity[0], 540.0f);
+  EXPECT_EQ(left[2].intensity[0], 120.0f);
+  EXPECT_EQ(detail::axes_of_seeds(axes, grid, {{11, 5, 5}, {50, 5, 5}}).size(), 4u);
 }
 
 TEST(SegmentVessels, DoubtsATreeThatIsLessThanManyPiecesBesideIt) {
